@@ -1,0 +1,24 @@
+//! Dapple: the reference system for streamed and baked low-frequency light.
+//!
+//! Data flows one way: [`scene`] -> [`trace`] -> model ([`points`]) -> `dapple-codec` -> file or
+//! wire -> `dapple-codec` -> the model's sampler -> [`render`] -> [`measure`].
+//! Nothing upstream knows what is downstream.
+
+pub mod error;
+pub mod points;
+
+#[cfg(feature = "encode")]
+pub mod scene;
+#[cfg(feature = "encode")]
+pub mod trace;
+
+#[cfg(feature = "render")]
+pub mod render;
+
+#[cfg(feature = "cli")]
+pub mod cli;
+#[cfg(feature = "cli")]
+pub mod measure;
+
+pub use dapple_codec as codec;
+pub use error::{Error, Result};

@@ -1,0 +1,1 @@
+//! `points`: place -> solve -> update -> encode, and the client's sampler.

@@ -1,0 +1,2 @@
+//! Pictures: the G-buffer (raster on wgpu, primary rays on the CPU), shading, one pass per method,
+//! composite.

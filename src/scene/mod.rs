@@ -1,0 +1,276 @@
+//! Scenes: meshes, instances, materials, cameras and lights, and what animation makes of them at a
+//! given time. Metres, right-handed, Y up, counter-clockwise front faces, as in glTF 2.0.
+//!
+//! A [`Scene`] never changes after it was loaded. [`Scene::pose`] evaluates animation, skinning and
+//! morphing at a time into a [`Pose`], which is all that tracing and rendering look at.
+
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
+
+/// Everything that is loaded once.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// File stem or the built-in scene's name.
+    pub name: String,
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub nodes: Vec<Node>,
+    /// What is drawn. Indices into this list name an instance everywhere (tracks, hits, G-buffer).
+    pub instances: Vec<Instance>,
+    pub skins: Vec<Skin>,
+    pub cameras: Vec<Camera>,
+    pub lights: Vec<Light>,
+    /// All channels of the chosen animations; a scene plays them together.
+    pub channels: Vec<Channel>,
+    /// Length of the animation in seconds; 0 when nothing moves. Playback loops.
+    pub duration: f32,
+}
+
+/// A triangle mesh in its own space, in the rest pose.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    pub name: String,
+    pub positions: Vec<Vec3>,
+    /// Unit length, one per position (generated where the file has none).
+    pub normals: Vec<Vec3>,
+    /// One per position, or empty.
+    pub uvs: Vec<Vec2>,
+    /// Tangents (xyz, handedness w) for normal maps, one per position, or empty.
+    pub tangents: Vec<Vec4>,
+    /// Vertex indices; degenerate triangles have been dropped.
+    pub triangles: Vec<[u32; 3]>,
+    /// Material of each triangle, an index into [`Scene::materials`].
+    pub materials: Vec<u32>,
+    /// Four joints of the instance's skin per position, or empty.
+    pub joints: Vec<[u16; 4]>,
+    /// Weights of the four joints, sum 1, or empty.
+    pub weights: Vec<Vec4>,
+    pub morph_targets: Vec<MorphTarget>,
+    /// Morph weights in rest, one per target.
+    pub morph_weights: Vec<f32>,
+}
+
+/// Displacements of one morph target.
+#[derive(Clone, Debug, Default)]
+pub struct MorphTarget {
+    pub positions: Vec<Vec3>,
+    /// Empty when the target moves no normals.
+    pub normals: Vec<Vec3>,
+}
+
+/// How a material's alpha is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    #[default]
+    Opaque,
+    /// Texels with alpha below the cutoff are holes.
+    Mask { cutoff: f32 },
+    /// Blended: glass and the like. Holds no points and blocks no occlusion ray.
+    Blend,
+}
+
+/// A glTF metallic-roughness material. Textures are indices into [`Scene::textures`].
+#[derive(Clone, Debug)]
+pub struct Material {
+    pub name: String,
+    /// Linear RGBA.
+    pub base_color: Vec4,
+    pub base_color_texture: Option<usize>,
+    pub normal_texture: Option<usize>,
+    pub normal_scale: f32,
+    /// Linear radiance, emissive strength included.
+    pub emissive: Vec3,
+    pub roughness: f32,
+    pub metallic: f32,
+    pub alpha: Alpha,
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Material {
+            name: String::new(),
+            base_color: Vec4::ONE,
+            base_color_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            emissive: Vec3::ZERO,
+            roughness: 1.0,
+            metallic: 1.0,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+        }
+    }
+}
+
+/// An RGBA8 image with its wrap modes; texels as stored (sRGB for base colour, linear for normals).
+#[derive(Clone, Debug, Default)]
+pub struct Texture {
+    pub width: u32,
+    pub height: u32,
+    pub texels: Vec<[u8; 4]>,
+    pub wrap_s: Wrap,
+    pub wrap_t: Wrap,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Wrap {
+    #[default]
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+/// A node of the hierarchy. Parents stand before their children.
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub name: String,
+    pub parent: Option<usize>,
+    pub translation: Vec3,
+    pub rotation: Quat,
+    pub scale: Vec3,
+    /// A matrix that is no translation-rotation-scale (glTF `matrix`); such a node is not animated.
+    pub matrix: Option<Mat4>,
+    /// Morph weights that override the mesh's.
+    pub morph_weights: Vec<f32>,
+}
+
+/// One drawn mesh.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// glTF node path, with `#k` appended for GPU instances; unique within the scene.
+    pub name: String,
+    pub mesh: usize,
+    /// The node that places the instance. For a skinned instance it is the node *above* the skin's
+    /// common root joint, and skinned vertices are expressed in that node's space: the skinned
+    /// mesh's own node is ignored, as glTF asks, and a walker's grid walks with it.
+    pub node: Option<usize>,
+    /// Applied below the node (`EXT_mesh_gpu_instancing`), else identity.
+    pub offset: Affine3A,
+    pub skin: Option<usize>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Skin {
+    /// Nodes.
+    pub joints: Vec<usize>,
+    pub inverse_bind: Vec<Mat4>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Camera {
+    pub name: String,
+    pub node: Option<usize>,
+    /// Vertical field of view in radians.
+    pub yfov: f32,
+    pub znear: f32,
+    /// World from camera where there is no node.
+    pub world_from_camera: Affine3A,
+}
+
+#[derive(Clone, Debug)]
+pub struct Light {
+    pub name: String,
+    pub node: Option<usize>,
+    pub kind: LightKind,
+    /// Linear RGB times intensity: candela for point and spot lights, lux for directional ones.
+    pub intensity: Vec3,
+    /// Metres; infinity when unlimited.
+    pub range: f32,
+}
+
+/// Lights shine along the node's -Z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    Directional,
+    Point,
+    /// Half angles in radians.
+    Spot { inner: f32, outer: f32 },
+}
+
+/// One animated property of one node.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    pub node: usize,
+    pub interpolation: Interpolation,
+    pub times: Vec<f32>,
+    pub values: ChannelValues,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Interpolation {
+    Step,
+    Linear,
+    /// Three values a key: in-tangent, value, out-tangent.
+    Cubic,
+}
+
+#[derive(Clone, Debug)]
+pub enum ChannelValues {
+    Translation(Vec<Vec3>),
+    Rotation(Vec<Quat>),
+    Scale(Vec<Vec3>),
+    /// `targets` values a key.
+    MorphWeights { targets: usize, values: Vec<f32> },
+}
+
+/// The scene at one time.
+#[derive(Clone, Debug, Default)]
+pub struct Pose {
+    /// Seconds.
+    pub time: f64,
+    /// World from mesh space, one per instance.
+    pub world_from_mesh: Vec<Affine3A>,
+    /// Posed vertices in mesh space of instances that are skinned or morphed, else `None`.
+    pub deformed: Vec<Option<Deformed>>,
+    pub cameras: Vec<CameraPose>,
+    pub lights: Vec<LightPose>,
+}
+
+/// Skinned or morphed vertices, in the order of the mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deformed {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    /// xyz only; handedness stays the mesh's. Empty when the mesh has none.
+    pub tangents: Vec<Vec3>,
+}
+
+/// A pinhole camera: looks along -Z of its space, +Y up.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraPose {
+    /// Rigid.
+    pub world_from_camera: Affine3A,
+    /// Vertical field of view in radians.
+    pub yfov: f32,
+    pub znear: f32,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct LightPose {
+    pub position: Vec3,
+    /// Unit; where the light shines.
+    pub direction: Vec3,
+    pub kind: LightKind,
+    pub intensity: Vec3,
+    pub range: f32,
+}
+
+impl Scene {
+    /// Loads a glTF 2.0 file (`.glb` or `.gltf`).
+    pub fn load(_path: &std::path::Path) -> crate::Result<Scene> {
+        todo!()
+    }
+    /// The built-in scene.
+    pub fn hall() -> Scene {
+        todo!()
+    }
+    /// Evaluates everything that moves at `time` seconds.
+    pub fn pose(&self, _time: f64) -> Pose {
+        todo!()
+    }
+    /// The scene at rest: no animation applied, skins in their bind pose.
+    pub fn rest_pose(&self) -> Pose {
+        todo!()
+    }
+}
