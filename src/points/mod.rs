@@ -1,1 +1,22 @@
-//! `points`: place -> solve -> update -> encode, and the client's sampler.
+//! `points`: ambient occlusion at surface points (PSAO).
+//!
+//! Server: [`place`] -> [`server`] (with [`grid`], [`store`], [`chunks`], [`frustum`]) ->
+//! [`stream`]. Client: [`sample`].
+
+#[cfg(feature = "encode")]
+pub mod chunks;
+#[cfg(feature = "encode")]
+pub mod eliminate;
+#[cfg(feature = "encode")]
+pub mod frustum;
+#[cfg(feature = "encode")]
+pub mod grid;
+#[cfg(feature = "encode")]
+pub mod place;
+#[cfg(feature = "encode")]
+pub mod rng;
+#[cfg(feature = "encode")]
+pub mod server;
+#[cfg(feature = "encode")]
+pub mod store;
+pub mod sample;

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Runs all tests. Installs the software Vulkan driver where there is none and where it may, so that
+# the tests of the GPU passes run, too.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+if ! ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1; then
+    if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
+        apt-get update -qq
+        apt-get install -y -qq --no-install-recommends mesa-vulkan-drivers libvulkan1
+    else
+        echo "No Vulkan driver found: install one (Debian: mesa-vulkan-drivers) to test the GPU passes." >&2
+    fi
+fi
+# The software driver wants a private runtime folder.
+if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
+    XDG_RUNTIME_DIR=$(mktemp -d)
+    export XDG_RUNTIME_DIR
+fi
+
+cargo test --workspace --locked "$@"
+cargo build --locked -p dapple-codec --no-default-features
