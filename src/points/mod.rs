@@ -1,1 +1,2 @@
 //! `points`: place -> solve -> update -> encode, and the client's sampler.
+pub mod sample;
