@@ -177,7 +177,7 @@ fn octahedral(u: f32, v: f32) -> Vec3 {
 }
 
 /// Whether a track's parameters can be sampled at all; a decoded track always passes.
-fn usable(grid: &Grid) -> bool {
+pub(crate) fn usable(grid: &Grid) -> bool {
     let w = grid.widths;
     let bits = 3 * u32::from(w.position) + 2 * u32::from(w.normal) + u32::from(w.ao) + 1;
     grid.bucket_count > 0 && bits <= 32 && w.normal > 0 && w.ao > 0
@@ -325,4 +325,4 @@ fn key(grid: &Grid, at: IVec3) -> u32 {
 
 #[cfg(test)]
 #[path = "sample_tests.rs"]
-mod tests;
+pub(crate) mod tests;

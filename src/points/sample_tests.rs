@@ -68,7 +68,7 @@ pub(crate) struct State {
     pub grid: Grid,
     pub buckets: Vec<Bucket>,
     pub cells: Vec<Cell>,
-    points: Vec<(Vec3, Vec3, f32)>,
+    pub points: Vec<(Vec3, Vec3, f32)>,
 }
 
 fn pack(grid: &Grid, at: IVec3, position: Vec3, normal: Vec3, ao: f32) -> u32 {
