@@ -6,9 +6,8 @@
 //! saw. Culling follows glTF: the back of a triangle is drawn if its material is double-sided, with
 //! normals turned to the viewer. Surfaces with [`Alpha::Blend`] are not drawn.
 
-use super::surface::{self, Corners};
 use super::view::View;
-use crate::scene::{Alpha, Deformed, Mesh, Pose, Scene};
+use crate::scene::{Alpha, Mesh, Pose, Scene};
 use crate::trace::{Ray, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -85,11 +84,11 @@ impl GBuffer {
         seen as f64 / self.fragments.len().max(1) as f64
     }
 
-    /// Fills a G-buffer from what was seen. See [`fragment`] for `pose` and `lookup`.
+    /// Fills a G-buffer from what was seen at `pose`.
     pub fn resolve(
         scene: &Scene,
         pose: &Pose,
-        lookup: &[Option<Deformed>],
+        lookup: Lookup,
         view: &View,
         visibility: &Visibility,
     ) -> GBuffer {
@@ -113,68 +112,85 @@ impl GBuffer {
     }
 }
 
+/// Which vertices the light is looked up by.
+#[derive(Clone, Copy, Debug)]
+pub enum Lookup<'a> {
+    /// The mesh's own, before skinning and morphing: for light that is kept in the rest pose.
+    Rest,
+    /// Those of a pose: the one that the light was computed for, which lags behind what is drawn
+    /// when the server does.
+    Posed(&'a Pose),
+}
+
 /// Everything about the place where a ray from the eye meets the triangle it is known to see.
-///
-/// `pose` places what is drawn. `lookup` holds, per instance, the vertices whose positions and
-/// normals the light is looked up by: those of the pose that the light was computed for
-/// ([`Pose::deformed`] of that pose), or `None` for the mesh's own vertices. An instance beyond its
-/// end counts as `None`.
 pub fn fragment(
     scene: &Scene,
     pose: &Pose,
-    lookup: &[Option<Deformed>],
+    lookup: Lookup,
     view: &View,
     direction: Vec3,
     seen: Seen,
 ) -> Fragment {
-    let index = seen.instance as usize;
-    let (Some(instance), Some(world_from_mesh)) =
-        (scene.instances.get(index), pose.world_from_mesh.get(index))
+    let (instance, triangle) = (seen.instance as usize, seen.triangle as usize);
+    let (Some(placed), Some(world_from_mesh)) =
+        (scene.instances.get(instance), pose.world_from_mesh.get(instance))
     else {
         return Fragment::SKY;
     };
-    let mesh = &scene.meshes[instance.mesh];
-    let corners = mesh.triangles[seen.triangle as usize];
-    let drawn = pose.deformed.get(index).and_then(Option::as_ref);
-    let looked_up = lookup.get(index).and_then(Option::as_ref);
-
-    let at_mesh = Corners::new(mesh, drawn, corners);
-    let [a, b, c] = at_mesh
-        .positions
-        .map(|p| world_from_mesh.transform_point3(p));
-    let weights = surface::barycentrics(view.origin, direction, a, b, c);
-    let position = a * weights.x + b * weights.y + c * weights.z;
-
-    let mut geometric_normal = (b - a).cross(c - a).normalize_or(-direction);
-    if world_from_mesh.matrix3.determinant() < 0.0 {
-        geometric_normal = -geometric_normal;
-    }
-    let side = if geometric_normal.dot(direction) > 0.0 {
-        -1.0
-    } else {
-        1.0
+    let mesh = &scene.meshes[placed.mesh];
+    let corners = corners(mesh, pose, instance, triangle);
+    let corners = corners.map(|p| world_from_mesh.transform_point3(p));
+    let (u, v) = barycentrics(view.camera.eye(), direction, corners);
+    let surface = scene.surface(pose, instance, triangle, u, v);
+    let flip = surface.geometric_normal.dot(direction) > 0.0;
+    let side = if flip { -1.0 } else { 1.0 };
+    let (lookup_position, lookup_normal) = match lookup {
+        Lookup::Rest => (surface.rest_position, surface.rest_normal),
+        Lookup::Posed(other) if pose.deformed[instance].is_some() => {
+            let surface = scene.surface(other, instance, triangle, u, v);
+            (surface.mesh_position, surface.mesh_normal)
+        }
+        // Nothing deforms: mesh space is the same at every pose.
+        Lookup::Posed(_) => (surface.mesh_position, surface.mesh_normal),
     };
-
-    let material = &scene.materials[mesh.materials[seen.triangle as usize] as usize];
-    let uv = surface::uv(mesh, corners, weights);
-    let bump = surface::normal_map(scene, material, uv);
-    let normal = surface::normal(&at_mesh, weights, bump);
-    let normal = surface::transform_normal(world_from_mesh, normal).normalize_or(geometric_normal);
-    let at_lookup = Corners::new(mesh, looked_up, corners);
-    let lookup_normal = surface::normal(&at_lookup, weights, bump);
-
     Fragment {
         instance: seen.instance,
         triangle: seen.triangle,
-        depth: (position - view.origin).dot(view.forward),
-        position,
-        geometric_normal: geometric_normal * side,
-        normal: normal * side,
-        lookup_position: at_lookup.position(weights),
+        depth: (surface.position - view.camera.eye()).dot(view.forward()),
+        position: surface.position,
+        geometric_normal: surface.geometric_normal * side,
+        normal: surface.normal * side,
+        lookup_position,
         lookup_normal: lookup_normal * side,
-        base_color: surface::base_color(scene, material, uv).truncate(),
-        emissive: material.emissive,
+        base_color: surface.base_color,
+        emissive: surface.emissive,
     }
+}
+
+/// Corners in posed mesh space.
+fn corners(mesh: &Mesh, pose: &Pose, instance: usize, triangle: usize) -> [Vec3; 3] {
+    let positions = match pose.deformed.get(instance).and_then(Option::as_ref) {
+        Some(deformed) => &deformed.positions,
+        None => &mesh.positions,
+    };
+    mesh.triangles[triangle].map(|v| positions[v as usize])
+}
+
+/// Weights of the second and third corner where the line meets the triangle's plane, kept within
+/// the triangle: a rasterised pixel centre can lie a rounding error outside of it.
+fn barycentrics(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> (f32, f32) {
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    let s = origin - a;
+    let u = s.dot(p) / determinant;
+    let v = direction.dot(s.cross(e1)) / determinant;
+    if !(u.is_finite() && v.is_finite()) {
+        return (1.0 / 3.0, 1.0 / 3.0);
+    }
+    let (u, v) = (u.max(0.0), v.max(0.0));
+    let sum = (u + v).max(1.0);
+    (u / sum, v / sum)
 }
 
 impl Visibility {
@@ -210,12 +226,12 @@ fn primary(
     view: &View,
     direction: Vec3,
 ) -> Option<Seen> {
-    let mut t = view.znear / direction.dot(view.forward);
+    let mut t = view.camera.znear / direction.dot(view.forward());
     // A ray passes the backs of single-sided triangles, so it may need several hits; one that
     // grazes along such a surface is given up.
     for _ in 0..64 {
         let ray = Ray {
-            origin: view.origin + direction * t,
+            origin: view.camera.eye() + direction * t,
             direction,
             t_max: f32::INFINITY,
         };
@@ -249,17 +265,9 @@ fn is_drawn(
     if material.double_sided {
         return true;
     }
-    let deformed = pose
-        .deformed
-        .get(instance as usize)
-        .and_then(Option::as_ref);
     let m = &pose.world_from_mesh[instance as usize];
-    let corners = Corners::new(mesh, deformed, mesh.triangles[triangle as usize]);
-    let [a, b, c] = corners.positions.map(|p| m.transform_point3(p));
+    let corners = corners(mesh, pose, instance as usize, triangle as usize);
+    let [a, b, c] = corners.map(|p| m.transform_point3(p));
     let facing = (b - a).cross(c - a).dot(direction);
-    if m.matrix3.determinant() < 0.0 {
-        facing > 0.0
-    } else {
-        facing < 0.0
-    }
+    if m.matrix3.determinant() < 0.0 { facing > 0.0 } else { facing < 0.0 }
 }

@@ -3,7 +3,6 @@
 use crate::{Error, Result};
 use glam::Vec3;
 use std::path::Path;
-use std::sync::LazyLock;
 
 /// An sRGB picture, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -83,21 +82,6 @@ pub fn srgb8_from_linear(c: f32) -> u8 {
     (s * 255.0).round() as u8
 }
 
-/// Its inverse.
-pub fn linear_from_srgb8(s: u8) -> f32 {
-    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
-        std::array::from_fn(|i| {
-            let s = i as f32 / 255.0;
-            if s <= 0.040_45 {
-                s / 12.92
-            } else {
-                ((s + 0.055) / 1.055).powf(2.4)
-            }
-        })
-    });
-    TABLE[usize::from(s)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,7 +89,7 @@ mod tests {
     #[test]
     fn srgb_round_trips_and_a_png_reads_back() {
         for i in 0..=255 {
-            assert_eq!(srgb8_from_linear(linear_from_srgb8(i)), i);
+            assert_eq!(srgb8_from_linear(crate::scene::texture::srgb_to_linear(i)), i);
         }
         let rgb = (0..15u8).map(|i| [i, 255 - i, i * 7]).collect();
         let picture = Picture {

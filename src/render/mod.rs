@@ -13,13 +13,13 @@ pub mod image;
 pub mod points;
 pub mod raster;
 pub mod shade;
-mod surface;
 pub mod view;
 
 use crate::Result;
 use crate::points::sample::Fallback;
-use crate::scene::{CameraPose, Deformed, Pose, Scene};
+use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
+pub use gbuffer::Lookup;
 use gbuffer::{GBuffer, Visibility};
 use gpu::Gpu;
 pub use image::Picture;
@@ -118,13 +118,12 @@ impl<'s> Renderer<'s> {
 
     /// Draws the scene at `pose` from `camera`.
     ///
-    /// `lookup` holds the vertices that the light is looked up by, per instance; see
-    /// [`gbuffer::fragment`]. For a client whose server stands at another pose that is the server
-    /// pose's [`Pose::deformed`]; for light that is kept in the rest pose, the rest pose's.
+    /// `lookup` names the vertices that the light is looked up by: for a client, those of the pose
+    /// it last received, or those at rest.
     pub fn frame(
         &mut self,
         pose: &Pose,
-        lookup: &[Option<Deformed>],
+        lookup: Lookup,
         camera: &CameraPose,
         width: u32,
         height: u32,
@@ -140,7 +139,7 @@ impl<'s> Renderer<'s> {
     pub fn gbuffer(
         &mut self,
         pose: &Pose,
-        lookup: &[Option<Deformed>],
+        lookup: Lookup,
         camera: &CameraPose,
         width: u32,
         height: u32,

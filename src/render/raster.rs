@@ -231,7 +231,7 @@ impl Raster {
         }
         gpu.queue
             .write_buffer(&self.instances, 0, bytemuck::cast_slice(&instances));
-        let camera = view.clip_from_world.to_cols_array();
+        let camera = view.clip_from_world().to_cols_array();
         gpu.queue
             .write_buffer(&self.camera, 0, bytemuck::cast_slice(&camera));
         Ok(())

@@ -82,25 +82,15 @@ fn wrap(at: i32, size: i32, mode: u32) -> i32 {
     return select(i, 2 * size - 1 - i, i >= size);
 }
 
-fn alpha_texel(m: Material, x: i32, y: i32) -> f32 {
-    let s = u32(wrap(x, i32(m.width), m.wrap_s));
-    let t = u32(wrap(y, i32(m.height), m.wrap_t));
-    let byte = m.first_texel + t * m.width + s;
-    return f32(extractBits(alphas[byte / 4u], 8u * (byte % 4u), 8u)) / 255.0;
-}
-
-// Twin of `Scene::alpha_is_hole`.
+// Twin of `Scene::alpha_is_hole`: nearest texel.
 fn is_hole(m: Material, uv: vec2f) -> bool {
     var alpha = m.alpha;
     if m.first_texel != NONE {
-        let p = uv * vec2f(vec2u(m.width, m.height)) - 0.5;
-        let base = floor(p);
-        let f = p - base;
-        let x = i32(base.x);
-        let y = i32(base.y);
-        let top = mix(alpha_texel(m, x, y), alpha_texel(m, x + 1, y), f.x);
-        let bottom = mix(alpha_texel(m, x, y + 1), alpha_texel(m, x + 1, y + 1), f.x);
-        alpha *= mix(top, bottom, f.y);
+        let at = vec2i(floor(uv * vec2f(vec2u(m.width, m.height))));
+        let s = u32(wrap(at.x, i32(m.width), m.wrap_s));
+        let t = u32(wrap(at.y, i32(m.height), m.wrap_t));
+        let byte = m.first_texel + t * m.width + s;
+        alpha *= f32(extractBits(alphas[byte / 4u], 8u * (byte % 4u), 8u)) / 255.0;
     }
     return alpha < m.cutoff;
 }

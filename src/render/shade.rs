@@ -4,9 +4,9 @@
 //! Colour is linear sRGB. What a surface reflects (`lit`) and what shines by itself or lies behind
 //! everything (`emitted`) are kept apart, for AO darkens the former alone.
 
-use super::gbuffer::{Fragment, NONE, Visibility};
+use super::gbuffer::{Fragment, Lookup, NONE, Visibility, fragment};
 use super::view::View;
-use crate::scene::{Deformed, LightKind, LightPose, Pose, Scene};
+use crate::scene::{LightKind, LightPose, Pose, Scene};
 use glam::Vec3;
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -92,7 +92,6 @@ fn irradiance(light: &LightPose, position: Vec3, normal: Vec3) -> Vec3 {
 /// before the average, not after, so that its edges stay smooth.
 pub fn supersampled(scene: &Scene, pose: &Pose, fine_view: &View, fine: &Visibility) -> Vec<Shade> {
     let lights = lights(pose);
-    let no_lookup: &[Option<Deformed>] = &[];
     let width = (fine.width / SUBPIXELS) as usize;
     let height = (fine.height / SUBPIXELS) as usize;
     let mut out = vec![Shade::default(); width * height];
@@ -106,9 +105,8 @@ pub fn supersampled(scene: &Scene, pose: &Pose, fine_view: &View, fine: &Visibil
                     let py = y as u32 * SUBPIXELS + sub / SUBPIXELS;
                     let seen = fine.seen[(py * fine.width + px) as usize];
                     let direction = fine_view.direction(px, py);
-                    let fragment = super::gbuffer::fragment(
-                        scene, pose, no_lookup, fine_view, direction, seen,
-                    );
+                    let fragment =
+                    fragment(scene, pose, Lookup::Rest, fine_view, direction, seen);
                     let shade = shade(&fragment, direction, &lights);
                     sum.lit += shade.lit.min(Vec3::ONE);
                     sum.emitted += shade.emitted.min(Vec3::ONE);
