@@ -15,8 +15,10 @@ pub mod grid;
 pub mod place;
 #[cfg(feature = "encode")]
 pub mod rng;
+pub mod sample;
 #[cfg(feature = "encode")]
 pub mod server;
 #[cfg(feature = "encode")]
 pub mod store;
-pub mod sample;
+#[cfg(feature = "encode")]
+pub mod stream;

@@ -1,2 +1,180 @@
 //! Pictures: the G-buffer (raster on wgpu, primary rays on the CPU), shading, one pass per method,
 //! composite.
+//!
+//! [`Renderer`] draws with a graphics device where there is one and with primary rays otherwise.
+//! Both only find out which triangle each pixel sees ([`gbuffer::Visibility`]); the rest is shared,
+//! so that the pictures are the same. AO is one value a pixel, at its centre, multiplied onto
+//! colour that is supersampled four times (PSAO §4.1).
+
+pub mod composite;
+pub mod gbuffer;
+pub mod gpu;
+pub mod image;
+pub mod points;
+pub mod raster;
+pub mod shade;
+pub mod view;
+
+use crate::Result;
+use crate::points::sample::Fallback;
+use crate::scene::{CameraPose, Pose, Scene};
+use crate::trace::Tracer;
+pub use gbuffer::Lookup;
+use gbuffer::{GBuffer, Visibility};
+use gpu::Gpu;
+pub use image::Picture;
+use points::{PointsAo, PointsPass, PointsState};
+use raster::Raster;
+use shade::{SUBPIXELS, Shade};
+use view::View;
+
+/// Which machine draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// A graphics device if there is one, else the CPU.
+    #[default]
+    Auto,
+    /// A graphics device, or an error.
+    Gpu,
+    /// Primary rays on the CPU.
+    Cpu,
+}
+
+/// One picture before AO.
+pub struct Frame {
+    /// At pixel centres.
+    pub gbuffer: GBuffer,
+    /// Supersampled colour, one a pixel.
+    pub shades: Vec<Shade>,
+}
+
+impl Frame {
+    /// The finished picture. `None` leaves AO out.
+    pub fn composite(&self, ao: Option<&[f32]>) -> Picture {
+        composite::composite(self.gbuffer.width, self.gbuffer.height, &self.shades, ao)
+    }
+}
+
+/// Draws frames of one scene and looks up AO.
+pub struct Renderer<'s> {
+    scene: &'s Scene,
+    machine: Machine<'s>,
+    name: String,
+}
+
+enum Machine<'s> {
+    Gpu {
+        gpu: Gpu,
+        raster: Box<Raster>,
+        points: PointsPass,
+    },
+    Cpu {
+        tracer: Option<Box<Tracer<'s>>>,
+    },
+}
+
+impl<'s> Renderer<'s> {
+    /// Prepares to draw the scene. `Auto` falls back to the CPU with the device's complaint in
+    /// [`Renderer::name`].
+    pub fn new(scene: &'s Scene, backend: Backend) -> Result<Renderer<'s>> {
+        let cpu = |name: String| Renderer {
+            scene,
+            machine: Machine::Cpu { tracer: None },
+            name,
+        };
+        match (backend, Self::on_gpu(scene)) {
+            (Backend::Cpu, _) => Ok(cpu("CPU, primary rays".into())),
+            (_, Ok(renderer)) => Ok(renderer),
+            (Backend::Auto, Err(e)) => Ok(cpu(format!("CPU, primary rays ({e})"))),
+            (Backend::Gpu, Err(e)) => Err(e),
+        }
+    }
+
+    fn on_gpu(scene: &'s Scene) -> Result<Renderer<'s>> {
+        let gpu = Gpu::new()?;
+        let raster = Box::new(Raster::new(&gpu, scene, &scene.rest_pose())?);
+        let points = PointsPass::new(&gpu)?;
+        let name = format!("GPU, {}", gpu.name());
+        Ok(Renderer {
+            scene,
+            machine: Machine::Gpu {
+                gpu,
+                raster,
+                points,
+            },
+            name,
+        })
+    }
+
+    /// What draws: the device, or the CPU and why.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether timings say anything about graphics hardware.
+    pub fn is_hardware(&self) -> bool {
+        matches!(&self.machine, Machine::Gpu { gpu, .. } if !gpu.is_software())
+    }
+
+    /// Draws the scene at `pose` from `camera`.
+    ///
+    /// `lookup` names the vertices that the light is looked up by: for a client, those of the pose
+    /// it last received, or those at rest.
+    pub fn frame(
+        &mut self,
+        pose: &Pose,
+        lookup: Lookup,
+        camera: &CameraPose,
+        width: u32,
+        height: u32,
+    ) -> Result<Frame> {
+        let gbuffer = self.gbuffer(pose, lookup, camera, width, height)?;
+        let view = View::new(camera, width * SUBPIXELS, height * SUBPIXELS);
+        let fine = self.see(pose, &view)?;
+        let shades = shade::supersampled(self.scene, pose, &view, &fine);
+        Ok(Frame { gbuffer, shades })
+    }
+
+    /// The G-buffer alone, as [`Renderer::frame`] makes it.
+    pub fn gbuffer(
+        &mut self,
+        pose: &Pose,
+        lookup: Lookup,
+        camera: &CameraPose,
+        width: u32,
+        height: u32,
+    ) -> Result<GBuffer> {
+        let view = View::new(camera, width, height);
+        let seen = self.see(pose, &view)?;
+        Ok(GBuffer::resolve(self.scene, pose, lookup, &view, &seen))
+    }
+
+    fn see(&mut self, pose: &Pose, view: &View) -> Result<Visibility> {
+        match &mut self.machine {
+            Machine::Gpu { gpu, raster, .. } => raster.draw(gpu, pose, view),
+            Machine::Cpu { tracer } => {
+                let tracer = match tracer {
+                    Some(tracer) => {
+                        tracer.update(pose);
+                        tracer
+                    }
+                    None => tracer.insert(Box::new(Tracer::new(self.scene, pose))),
+                };
+                Ok(Visibility::trace(self.scene, pose, tracer, view))
+            }
+        }
+    }
+
+    /// AO of the `points` model for every pixel, sampled at the G-buffer's lookup positions.
+    pub fn points_ao(
+        &mut self,
+        gbuffer: &GBuffer,
+        state: &PointsState,
+        fallback: Fallback,
+    ) -> Result<PointsAo> {
+        match &mut self.machine {
+            Machine::Gpu { gpu, points, .. } => points.ao(gpu, gbuffer, state, fallback),
+            Machine::Cpu { .. } => points::ao_on_cpu(gbuffer, state, fallback),
+        }
+    }
+}

@@ -1,0 +1,409 @@
+//! The pass of the `points` model: AO for every pixel of a G-buffer, on the device
+//! (`points/sample.wgsl`, compute) or on the CPU (`points/sample.rs`).
+
+use super::gbuffer::{GBuffer, NONE};
+use super::gpu::Gpu;
+use crate::points::sample::{self, Case, Fallback, GridTransform, NO_TRACK};
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use dapple_codec::points::{Bucket, Cell, Grid};
+use rayon::prelude::*;
+
+/// Where a track's state lies in the shared buffers.
+#[derive(Clone, Copy, Debug)]
+pub struct PointsTrack {
+    pub grid: Grid,
+    /// Index of its first bucket; `grid.bucket_count` of them are its own.
+    pub first_bucket: u32,
+    /// Index of its first cell; `grid.cell_capacity` of them are its own.
+    pub first_cell: u32,
+}
+
+/// The decoded state of all tracks, as it lies in the decoder.
+#[derive(Clone, Copy, Debug)]
+pub struct PointsState<'a> {
+    pub tracks: &'a [PointsTrack],
+    pub buckets: &'a [Bucket],
+    pub cells: &'a [Cell],
+    /// Per instance of the scene, an index into `tracks`; beyond its end there is none.
+    pub track_of_instance: &'a [Option<u32>],
+}
+
+/// How the pixels that see geometry came by their AO.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Points within reach.
+    pub found: u64,
+    /// None within reach, filled from the block ([`Fallback::Mend`]).
+    pub mended: u64,
+    /// Nothing to go by: AO = 1.
+    pub none: u64,
+    /// The instance has no track: AO = 1.
+    pub untracked: u64,
+}
+
+/// AO per pixel and how it was come by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointsAo {
+    /// One value a pixel, row by row from the top; 1 in the sky.
+    pub ao: Vec<f32>,
+    pub counts: Counts,
+}
+
+/// A pixel's question to the sampler. 32 bytes, as in `sample.wgsl`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Query {
+    /// Grid space.
+    pub position: [f32; 3],
+    /// Index of the track, or [`NO_TRACK`].
+    pub track: u32,
+    pub normal: [f32; 3],
+    pub pad: u32,
+}
+
+/// 48 bytes, as in `sample.wgsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct GpuTrack {
+    first_bucket: u32,
+    first_cell: u32,
+    bucket_count: u32,
+    cell_count: u32,
+    dims: [u32; 3],
+    widths: u32,
+    cell_edge: f32,
+    radius: f32,
+    pad: [u32; 2],
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct GpuResult {
+    ao: f32,
+    case_and_points: u32,
+}
+
+impl<'a> PointsState<'a> {
+    /// The track's own buckets and cells.
+    fn own(&self, index: usize) -> Result<(&'a [Bucket], &'a [Cell])> {
+        let track = &self.tracks[index];
+        let range = |first: u32, count: u32| first as usize..first as usize + count as usize;
+        let buckets = self
+            .buckets
+            .get(range(track.first_bucket, track.grid.bucket_count));
+        let cells = self
+            .cells
+            .get(range(track.first_cell, track.grid.cell_capacity));
+        match (buckets, cells) {
+            (Some(buckets), Some(cells)) if sample::usable(&track.grid) => Ok((buckets, cells)),
+            _ => Err(Error::Invalid(format!(
+                "points track {index} does not fit: {} buckets from {}, {} cells from {}, in {} \
+                 buckets and {} cells",
+                track.grid.bucket_count,
+                track.first_bucket,
+                track.grid.cell_capacity,
+                track.first_cell,
+                self.buckets.len(),
+                self.cells.len()
+            ))),
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        (0..self.tracks.len()).try_for_each(|i| self.own(i).map(|_| ()))
+    }
+
+    /// The questions of a G-buffer: lookup positions and normals taken to grid space.
+    pub(super) fn queries(&self, gbuffer: &GBuffer) -> Vec<Query> {
+        let transforms: Vec<_> = self
+            .tracks
+            .iter()
+            .map(|t| GridTransform::new(&t.grid))
+            .collect();
+        let query = |fragment: &super::gbuffer::Fragment| {
+            let instance = fragment.instance as usize;
+            let track = self.track_of_instance.get(instance).copied().flatten();
+            let known = track.and_then(|t| Some((t, transforms.get(t as usize)?)));
+            match known {
+                Some((track, transform)) if fragment.instance != NONE => Query {
+                    position: transform.position(fragment.lookup_position).to_array(),
+                    track,
+                    normal: transform.normal(fragment.lookup_normal).to_array(),
+                    pad: 0,
+                },
+                _ => Query {
+                    track: NO_TRACK,
+                    ..Query::zeroed()
+                },
+            }
+        };
+        gbuffer.fragments.par_iter().map(query).collect()
+    }
+}
+
+/// The pass on the CPU.
+pub fn ao_on_cpu(gbuffer: &GBuffer, state: &PointsState, fallback: Fallback) -> Result<PointsAo> {
+    let queries = state.queries(gbuffer);
+    let results = sample_on_cpu(&queries, state, fallback)?;
+    Ok(gather(gbuffer, &queries, &results))
+}
+
+/// The pass on a device. Keeps its pipeline and buffers from call to call.
+pub struct PointsPass {
+    pipeline: wgpu::ComputePipeline,
+    /// Queries, tracks, buckets, cells, results, staging; grown as needed.
+    buffers: [Option<wgpu::Buffer>; 6],
+}
+
+impl PointsPass {
+    pub fn new(gpu: &Gpu) -> Result<PointsPass> {
+        let module = gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some("sample.wgsl"),
+                source: wgpu::ShaderSource::Wgsl(include_str!("../points/sample.wgsl").into()),
+            });
+        let pipeline = gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("points"),
+                layout: None,
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+        gpu.check()?;
+        Ok(PointsPass {
+            pipeline,
+            buffers: [const { None }; 6],
+        })
+    }
+
+    pub fn ao(
+        &mut self,
+        gpu: &Gpu,
+        gbuffer: &GBuffer,
+        state: &PointsState,
+        fallback: Fallback,
+    ) -> Result<PointsAo> {
+        let queries = state.queries(gbuffer);
+        let results = self.sample(gpu, gbuffer.width, &queries, state, fallback)?;
+        Ok(gather(gbuffer, &queries, &results))
+    }
+
+    /// AO, case and number of points of each query; they lie in rows of `width`.
+    pub(super) fn sample(
+        &mut self,
+        gpu: &Gpu,
+        width: u32,
+        queries: &[Query],
+        state: &PointsState,
+        fallback: Fallback,
+    ) -> Result<Vec<(f32, Case, u32)>> {
+        state.check()?;
+        if queries.is_empty() {
+            return Ok(Vec::new());
+        }
+        let height = queries.len() as u32 / width;
+        let tracks: Vec<GpuTrack> = state.tracks.iter().map(gpu_track).collect();
+        let result_bytes = size_of_val(queries) as u64 / 4;
+        let inputs: [(&str, &[u8]); 4] = [
+            ("queries", bytemuck::cast_slice(queries)),
+            ("tracks", bytemuck::cast_slice(&tracks)),
+            ("buckets", bytemuck::cast_slice(state.buckets)),
+            ("cells", bytemuck::cast_slice(state.cells)),
+        ];
+        for (slot, (label, bytes)) in self.buffers.iter_mut().zip(inputs) {
+            let buffer = grown(slot, bytes.len() as u64, |n| gpu.empty_storage(label, n))?;
+            gpu.queue.write_buffer(buffer, 0, bytes);
+        }
+        let [queries_, tracks_, buckets_, cells_, results, staging] = &mut self.buffers;
+        let results = grown(results, result_bytes, |n| gpu.empty_storage("results", n))?;
+        let staging = grown(staging, result_bytes, |n| Ok(gpu.staging(n)))?;
+        let (Some(queries_), Some(tracks_), Some(buckets_), Some(cells_)) =
+            (&*queries_, &*tracks_, &*buckets_, &*cells_)
+        else {
+            return Err(Error::Gpu(format!("{}: buffers are missing", gpu.name())));
+        };
+        let pass = gpu.uniform(
+            "pass",
+            bytemuck::cast_slice(&[width, height, fallback as u32, 0]),
+        );
+        let bindings = gpu.bind(
+            &self.pipeline.get_bind_group_layout(0),
+            &[&pass, queries_, tracks_, buckets_, cells_, results],
+        );
+        let mut commands = gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &bindings, &[]);
+            pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+        }
+        commands.copy_buffer_to_buffer(results, 0, staging, 0, result_bytes);
+        gpu.read(commands, staging, |bytes| {
+            let result = |bytes: &[u8]| {
+                let r: GpuResult = bytemuck::pod_read_unaligned(bytes);
+                let case = match r.case_and_points & 0xff {
+                    0 => Case::Found,
+                    1 => Case::Mended,
+                    _ => Case::None,
+                };
+                (r.ao, case, r.case_and_points >> 8)
+            };
+            bytes[..result_bytes as usize]
+                .chunks_exact(8)
+                .map(result)
+                .collect()
+        })
+    }
+}
+
+fn grown(
+    slot: &mut Option<wgpu::Buffer>,
+    size: u64,
+    make: impl FnOnce(u64) -> Result<wgpu::Buffer>,
+) -> Result<&wgpu::Buffer> {
+    let buffer = match slot.take() {
+        Some(buffer) if buffer.size() >= size => buffer,
+        _ => make(size)?,
+    };
+    Ok(slot.insert(buffer))
+}
+
+fn gpu_track(track: &PointsTrack) -> GpuTrack {
+    let w = track.grid.widths;
+    GpuTrack {
+        first_bucket: track.first_bucket,
+        first_cell: track.first_cell,
+        bucket_count: track.grid.bucket_count,
+        cell_count: track.grid.cell_capacity,
+        dims: track.grid.dims.map(u32::from),
+        widths: u32::from(w.position) | u32::from(w.normal) << 8 | u32::from(w.ao) << 16,
+        cell_edge: track.grid.cell_edge,
+        radius: track.grid.radius,
+        pad: [0; 2],
+    }
+}
+
+/// Twin of [`PointsPass::sample`].
+pub(super) fn sample_on_cpu(
+    queries: &[Query],
+    state: &PointsState,
+    fallback: Fallback,
+) -> Result<Vec<(f32, Case, u32)>> {
+    let own: Result<Vec<_>> = (0..state.tracks.len()).map(|i| state.own(i)).collect();
+    let own = own?;
+    let sample = |q: &Query| {
+        if q.track == NO_TRACK {
+            return (1.0, Case::None, 0);
+        }
+        let grid = &state.tracks[q.track as usize].grid;
+        let (buckets, cells) = own[q.track as usize];
+        let (x, n) = (q.position.into(), q.normal.into());
+        let s = sample::sample(grid, buckets, cells, x, n, fallback);
+        (s.ao, s.case, s.points)
+    };
+    Ok(queries.par_iter().map(sample).collect())
+}
+
+fn gather(gbuffer: &GBuffer, queries: &[Query], results: &[(f32, Case, u32)]) -> PointsAo {
+    let mut counts = Counts::default();
+    let pixels = gbuffer.fragments.iter().zip(queries).zip(results);
+    for ((fragment, query), (_, case, _)) in pixels {
+        if fragment.instance == NONE {
+            continue;
+        }
+        *match case {
+            _ if query.track == NO_TRACK => &mut counts.untracked,
+            Case::Found => &mut counts.found,
+            Case::Mended => &mut counts.mended,
+            Case::None => &mut counts.none,
+        } += 1;
+    }
+    PointsAo {
+        ao: results.iter().map(|(ao, ..)| *ao).collect(),
+        counts,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::gpu;
+    use super::*;
+    use crate::points::sample::tests::{Random, WIDTHS, random_state};
+    use dapple_codec::points::PointWidths;
+    use glam::Vec3;
+
+    /// Several tracks of random states in shared buffers, and queries within and about them.
+    #[test]
+    fn device_and_cpu_agree() {
+        let Some(gpu) = gpu::for_test() else { return };
+        let mut pass = PointsPass::new(&gpu).unwrap();
+        let (mut tracks, mut buckets, mut cells) = (Vec::new(), Vec::new(), Vec::new());
+        let odd = PointWidths {
+            position: 1,
+            normal: 6,
+            ao: 1,
+        };
+        for (seed, widths) in WIDTHS.into_iter().chain([odd]).enumerate() {
+            let state = random_state(seed as u32 + 20, widths);
+            tracks.push(PointsTrack {
+                grid: state.grid,
+                first_bucket: buckets.len() as u32,
+                first_cell: cells.len() as u32,
+            });
+            buckets.extend(state.buckets);
+            cells.extend(state.cells);
+        }
+        let state = PointsState {
+            tracks: &tracks,
+            buckets: &buckets,
+            cells: &cells,
+            track_of_instance: &[],
+        };
+        let mut random = Random::new(77);
+        let query = |i: u32, random: &mut Random| Query {
+            position: (random.vec() * Vec3::new(1.8, 1.4, 1.6) - 0.2).to_array(),
+            track: if i % 10 == 9 { NO_TRACK } else { i % 4 },
+            normal: random.direction().to_array(),
+            pad: 0,
+        };
+        let queries: Vec<_> = (0..100 * 61).map(|i| query(i, &mut random)).collect();
+        for fallback in [Fallback::One, Fallback::Mend] {
+            let on_cpu = sample_on_cpu(&queries, &state, fallback).unwrap();
+            let on_gpu = pass.sample(&gpu, 100, &queries, &state, fallback).unwrap();
+            assert_eq!(on_cpu.len(), on_gpu.len());
+            let mut strays = 0;
+            for (cpu, gpu) in on_cpu.iter().zip(&on_gpu) {
+                // A point within rounding of a threshold may count on one side only.
+                strays +=
+                    u32::from((cpu.1, cpu.2) != (gpu.1, gpu.2) || (cpu.0 - gpu.0).abs() > 1e-4);
+            }
+            assert!(strays <= 6, "{strays} of {} differ", queries.len());
+            let cases = |case| on_cpu.iter().filter(|r| r.1 == case).count();
+            assert!(cases(Case::Found) > 500 && cases(Case::None) > 500);
+            assert_eq!(cases(Case::Mended) > 100, fallback == Fallback::Mend);
+        }
+    }
+
+    #[test]
+    fn a_track_beyond_the_buffers_is_an_error() {
+        let own = random_state(1, WIDTHS[0]);
+        let track = PointsTrack {
+            grid: own.grid,
+            first_bucket: 1,
+            first_cell: 0,
+        };
+        let state = PointsState {
+            tracks: &[track],
+            buckets: &own.buckets,
+            cells: &own.cells,
+            track_of_instance: &[],
+        };
+        let error = sample_on_cpu(&[], &state, Fallback::Mend).unwrap_err();
+        assert!(error.to_string().contains("points track 0"), "{error}");
+    }
+}

@@ -1,0 +1,122 @@
+//! A simple forward shade: sun and sky, no shadows, one diffuse lobe. It gives ambient occlusion a
+//! picture to stand in; it is no lighting model.
+//!
+//! Colour is linear sRGB. What a surface reflects (`lit`) and what shines by itself or lies behind
+//! everything (`emitted`) are kept apart, for AO darkens the former alone.
+
+use super::gbuffer::{Fragment, Lookup, NONE, Visibility, fragment};
+use super::view::View;
+use crate::scene::{LightKind, LightPose, Pose, Scene};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+
+/// Radiosity of the sky above and the ground below a surface.
+const SKY: Vec3 = Vec3::new(0.50, 0.56, 0.66);
+const GROUND: Vec3 = Vec3::new(0.34, 0.32, 0.29);
+/// Background at the horizon and at the zenith.
+const HORIZON: Vec3 = Vec3::new(0.72, 0.78, 0.84);
+const ZENITH: Vec3 = Vec3::new(0.28, 0.44, 0.70);
+/// Sub-pixels per axis of the supersampled colour: 4 a pixel (PSAO §4.1).
+pub const SUBPIXELS: u32 = 2;
+
+/// Colour of one place or pixel before AO.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shade {
+    /// Reflected radiance: what AO is multiplied onto.
+    pub lit: Vec3,
+    /// Emission and background: what AO leaves alone.
+    pub emitted: Vec3,
+}
+
+/// The lights of a pose, or a default sun where it has none.
+pub fn lights(pose: &Pose) -> Vec<LightPose> {
+    if !pose.lights.is_empty() {
+        return pose.lights.clone();
+    }
+    vec![LightPose {
+        position: Vec3::ZERO,
+        direction: Vec3::new(-0.35, -1.0, -0.55).normalize(),
+        kind: LightKind::Directional,
+        intensity: Vec3::new(1.0, 0.95, 0.86) * 1.6,
+        range: f32::INFINITY,
+    }]
+}
+
+/// Shades what a ray in `direction` saw.
+pub fn shade(fragment: &Fragment, direction: Vec3, lights: &[LightPose]) -> Shade {
+    if fragment.instance == NONE {
+        let up = direction.y.clamp(0.0, 1.0).sqrt();
+        return Shade {
+            lit: Vec3::ZERO,
+            emitted: HORIZON.lerp(ZENITH, up),
+        };
+    }
+    let normal = fragment.normal;
+    let mut light = GROUND.lerp(SKY, normal.y * 0.5 + 0.5);
+    for l in lights {
+        light += irradiance(l, fragment.position, normal) / PI;
+    }
+    Shade {
+        lit: fragment.base_color * light,
+        emitted: fragment.emissive,
+    }
+}
+
+/// Irradiance from one light of KHR_lights_punctual, unshadowed, with its falloffs.
+fn irradiance(light: &LightPose, position: Vec3, normal: Vec3) -> Vec3 {
+    let (to_light, attenuation) = match light.kind {
+        LightKind::Directional => (-light.direction, 1.0),
+        LightKind::Point | LightKind::Spot { .. } => {
+            let offset = light.position - position;
+            let d2 = offset.length_squared().max(1e-4);
+            let window = (1.0 - (d2 / (light.range * light.range)).powi(2)).clamp(0.0, 1.0);
+            (offset.normalize_or_zero(), window / d2)
+        }
+    };
+    let cone = match light.kind {
+        LightKind::Spot { inner, outer } => {
+            let (inner, outer) = (inner.cos(), outer.cos());
+            let t = (light.direction.dot(-to_light) - outer) / (inner - outer).max(1e-3);
+            t.clamp(0.0, 1.0).powi(2)
+        }
+        _ => 1.0,
+    };
+    light.intensity * (attenuation * cone * normal.dot(to_light).max(0.0))
+}
+
+/// Shades a visibility buffer of [`SUBPIXELS`] times the picture's size per axis and averages the
+/// sub-pixels in linear light.
+///
+/// Sub-pixels see sRGB-limited values each: a highlight that is brighter than white is clamped
+/// before the average, not after, so that its edges stay smooth.
+pub fn supersampled(scene: &Scene, pose: &Pose, fine_view: &View, fine: &Visibility) -> Vec<Shade> {
+    let lights = lights(pose);
+    let width = (fine.width / SUBPIXELS) as usize;
+    let height = (fine.height / SUBPIXELS) as usize;
+    let mut out = vec![Shade::default(); width * height];
+    out.par_chunks_mut(width.max(1))
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (x, out) in row.iter_mut().enumerate() {
+                let mut sum = Shade::default();
+                for sub in 0..SUBPIXELS * SUBPIXELS {
+                    let px = x as u32 * SUBPIXELS + sub % SUBPIXELS;
+                    let py = y as u32 * SUBPIXELS + sub / SUBPIXELS;
+                    let seen = fine.seen[(py * fine.width + px) as usize];
+                    let direction = fine_view.direction(px, py);
+                    let fragment =
+                    fragment(scene, pose, Lookup::Rest, fine_view, direction, seen);
+                    let shade = shade(&fragment, direction, &lights);
+                    sum.lit += shade.lit.min(Vec3::ONE);
+                    sum.emitted += shade.emitted.min(Vec3::ONE);
+                }
+                let samples = (SUBPIXELS * SUBPIXELS) as f32;
+                *out = Shade {
+                    lit: sum.lit / samples,
+                    emitted: sum.emitted / samples,
+                };
+            }
+        });
+    out
+}
