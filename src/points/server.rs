@@ -12,7 +12,7 @@ use crate::codec::points::{PointWidths, point};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use glam::{Mat3, Vec3};
+use glam::{Affine3A, Mat3, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -122,6 +122,15 @@ impl Track {
         self.template.placement.candidates
     }
 
+    /// Bounds of the points in the rest pose, in mesh space.
+    pub fn mesh_bounds(&self) -> Bounds {
+        self.template.chunks.bounds.iter().fold(Bounds::EMPTY, |a, b| a.union(*b))
+    }
+
+    pub fn mesh_from_grid(&self) -> Affine3A {
+        self.to_grid.inverse()
+    }
+
     pub fn looks_up_rest_pose(&self) -> bool {
         self.deforms && !self.posed
     }
@@ -168,13 +177,11 @@ pub struct Tick {
 }
 
 /// The server's state: everything that the client holds, and what may have changed since.
-#[derive(Clone)]
 pub struct Server<'s> {
     scene: &'s Scene,
     options: Options,
     tracer: Tracer<'s>,
     pose: Pose,
-    rest: Arc<Pose>,
     tracks: Vec<Track>,
     /// Track of each instance, if it has points.
     track_of: Vec<Option<usize>>,
@@ -236,13 +243,31 @@ impl<'s> Server<'s> {
             options,
             tracer,
             pose,
-            rest: Arc::new(rest),
             tracks,
             track_of,
             still_chunks: Arc::new(still_chunks),
             still_tree: Arc::new(BoundsTree::new(&still_bounds)),
             cursor: (0, 0),
         })
+    }
+
+    pub fn scene(&self) -> &'s Scene {
+        self.scene
+    }
+
+    /// A copy that goes its own way: the points keep their values, nothing is traced again.
+    pub fn fork(&self) -> Self {
+        Server {
+            scene: self.scene,
+            options: self.options,
+            tracer: Tracer::new(self.scene, &self.pose),
+            pose: self.pose.clone(),
+            tracks: self.tracks.clone(),
+            track_of: self.track_of.clone(),
+            still_chunks: self.still_chunks.clone(),
+            still_tree: self.still_tree.clone(),
+            cursor: self.cursor,
+        }
     }
 
     pub fn tracks(&self) -> &[Track] {
@@ -281,6 +306,18 @@ impl<'s> Server<'s> {
     /// reach and that `camera` can see. A point that is reached out of view is remembered and traced
     /// when it comes into view; one that nothing reached keeps its value.
     pub fn tick(&mut self, time: f64, camera: Option<&CameraPose>) -> Tick {
+        match camera {
+            None => self.advance(time, |_| None),
+            Some(camera) => self.advance(time, |_| Some(*camera)),
+        }
+    }
+
+    /// [`Server::tick`] for a camera that moves with the scene.
+    pub fn tick_seen(&mut self, time: f64, camera: impl Fn(&Pose) -> CameraPose) -> Tick {
+        self.advance(time, |pose| Some(camera(pose)))
+    }
+
+    fn advance(&mut self, time: f64, camera: impl Fn(&Pose) -> Option<CameraPose>) -> Tick {
         let mut tick = Tick::default();
         let clock = Instant::now();
         let mut next = std::mem::take(&mut self.pose);
@@ -309,9 +346,9 @@ impl<'s> Server<'s> {
         let pose = std::mem::take(&mut self.pose);
         self.mark_reached(&movers, &pose);
         self.pose = pose;
-        let frustum = camera
+        let frustum = camera(&self.pose)
             .filter(|_| self.options.visibility)
-            .map(|c| Frustum::new(c, self.options.aspect, self.options.margin));
+            .map(|c| Frustum::new(&c, self.options.aspect, self.options.margin));
         let chosen = self.choose(frustum.as_ref(), self.options.budget, &mut tick);
         tick.select_time = select + clock.elapsed();
 

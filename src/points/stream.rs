@@ -2,15 +2,15 @@
 //! a frame a tick.
 
 use super::server::{Options, Server, Tick, Track};
-use crate::codec::{self, Compression, Encoder};
+use crate::codec::points::{Bucket, Cell, Coverage, EMPTY, StateDigest, Update};
+use crate::codec::{
+    self, Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, TickRate,
+    Transform,
+};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::{Error, Result};
-use std::io::Write;
+use glam::Affine3A;
 use std::time::{Duration, Instant};
-
-/// Unpacked bytes after which a frame's update goes on in another record: keeps a client's memory
-/// for one record small.
-const RECORD_BYTES: usize = 1 << 22;
 
 /// Whose eyes the stream is made for.
 #[derive(Clone, Copy, Debug)]
@@ -129,5 +129,297 @@ impl StageMs {
             store: self.store * by,
             encode: self.encode * by,
         }
+    }
+}
+
+/// A stream in the making.
+pub struct Stream<'s> {
+    scene: &'s Scene,
+    server: Server<'s>,
+    job: Job,
+    encoder: Encoder,
+    /// Frames written.
+    frame: usize,
+    /// Transforms as last sent, one per track.
+    sent_transforms: Vec<Option<Transform>>,
+    report: Report,
+    stages: StageMs,
+    steady_frames: usize,
+}
+
+impl<'s> Stream<'s> {
+    /// Places the points, traces all of them, and writes the start-up frame. `progress` gets
+    /// (done, all) of the points traced.
+    pub fn start(
+        scene: &'s Scene,
+        job: Job,
+        out: &mut Vec<u8>,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Self> {
+        let clock = Instant::now();
+        let mut server = Server::new(scene, job.options, job.start)?;
+        if server.tracks().is_empty() {
+            return Err(Error::Invalid(format!(
+                "{}: no surface to put points on (glass holds none)",
+                scene.name
+            )));
+        }
+        let tick = server.start(progress);
+        Self::with_server(server, tick, clock.elapsed(), job, out)
+    }
+
+    /// Like [`Stream::start`] with a server that has traced its points already, so that several
+    /// streams can share that work.
+    pub fn with_server(
+        server: Server<'s>,
+        startup: Tick,
+        startup_time: Duration,
+        job: Job,
+        out: &mut Vec<u8>,
+    ) -> Result<Self> {
+        let scene = server.scene();
+        let config = EncoderConfig {
+            tick_rate: TickRate { numerator: job.fps, denominator: 1 },
+            ..EncoderConfig::default()
+        };
+        let before = out.len();
+        let encoder = Encoder::new(config, out)?;
+        let tracks = server.tracks();
+        let mut stream = Stream {
+            scene,
+            encoder,
+            frame: 0,
+            sent_transforms: vec![None; tracks.len()],
+            report: Report {
+                scene: scene.name.clone(),
+                seed: job.options.seed,
+                fps: job.fps,
+                density: job.options.density.candidates,
+                candidates: tracks.iter().map(Track::candidates).sum(),
+                points: tracks.iter().map(Track::points).sum(),
+                radius: job.options.density.radius(),
+                buckets: tracks.iter().map(|t| t.store.buckets().len()).sum(),
+                rays_startup: startup.rays,
+                keyframe_interval: job.keyframe_interval,
+                startup_s: startup_time.as_secs_f64(),
+                ..Report::default()
+            },
+            stages: StageMs::default(),
+            steady_frames: 0,
+            server,
+            job,
+        };
+        stream.write_keyframe(out)?;
+        stream.report.bytes_startup = (out.len() - before) as u64;
+        Ok(stream)
+    }
+
+    pub fn server(&self) -> &Server<'s> {
+        &self.server
+    }
+
+    /// Seconds of the frame that was written last.
+    pub fn time(&self) -> f64 {
+        self.time_of(self.frame.saturating_sub(1))
+    }
+
+    fn time_of(&self, frame: usize) -> f64 {
+        self.job.start + frame as f64 / self.job.fps as f64
+    }
+
+    /// Runs the server for one tick and writes its frame; `None` after the last.
+    pub fn next_frame(&mut self, out: &mut Vec<u8>) -> Result<Option<Tick>> {
+        if self.frame >= self.job.frames {
+            return Ok(None);
+        }
+        let time = self.time_of(self.frame);
+        let tick = self.server.tick_seen(time, |pose| self.job.view.at(pose));
+        let before = out.len();
+        let clock = Instant::now();
+        let interval = self.job.keyframe_interval;
+        if interval > 0 && self.frame.is_multiple_of(interval) {
+            self.write_keyframe(out)?;
+            self.report.bytes_keyframes += (out.len() - before) as u64;
+        } else {
+            self.write_delta(out)?;
+            self.report.bytes_steady += (out.len() - before) as u64;
+            self.steady_frames += 1;
+        }
+        self.stages.add(&tick, clock.elapsed());
+        self.report.rays += tick.rays;
+        self.report.traced_points += tick.traced_points;
+        self.report.changed_points += tick.changed_points;
+        Ok(Some(tick))
+    }
+
+    /// Ends the stream and sums up.
+    pub fn finish(self, out: &mut Vec<u8>) -> Result<Report> {
+        self.encoder.end(out)?;
+        let mut report = self.report;
+        let ticks = self.frame.saturating_sub(1).max(1);
+        let rate = |bytes: u64, frames: usize| {
+            bytes as f64 * 8e-6 * self.job.fps as f64 / frames.max(1) as f64
+        };
+        report.frames = self.frame;
+        report.stage_ms = self.stages.scaled(1.0 / ticks as f64);
+        report.cells = self.server.tracks().iter().map(|t| t.store.used_cells()).sum();
+        report.dropped_points = self.server.tracks().iter().map(|t| t.store.dropped_points).sum();
+        report.dropped_cells = self.server.tracks().iter().map(|t| t.store.dropped_cells).sum();
+        report.mbps_steady = rate(report.bytes_steady, self.steady_frames);
+        report.mbps_with_keyframes =
+            rate(report.bytes_startup + report.bytes_keyframes + report.bytes_steady, self.frame);
+        Ok(report)
+    }
+
+    /// Everything a client needs to start at this frame.
+    fn write_keyframe(&mut self, out: &mut Vec<u8>) -> Result<()> {
+        self.encoder.group(out, GroupStart::Keyframes)?;
+        let declared: Vec<codec::Track> = (0..self.server.tracks().len())
+            .map(|t| declare(self.scene, t, &self.server.tracks()[t]))
+            .collect();
+        self.encoder.tracks(out, &declared)?;
+        self.sent_transforms.fill(None);
+        self.write_transforms(out)?;
+        let parts: Vec<Part> = self
+            .server
+            .tracks_mut()
+            .iter_mut()
+            .enumerate()
+            .map(|(t, track)| {
+                track.store.take_dirty();
+                let buckets = track.store.buckets().iter().enumerate();
+                let cells = track.store.cells().iter().enumerate();
+                let buckets = buckets.filter(|(_, b)| b.0[0] != EMPTY).map(|(i, b)| (i as u32, *b));
+                let cells = cells.filter(|(_, c)| c.key != EMPTY).map(|(i, c)| (i as u32, *c));
+                Part::new(t, buckets, cells)
+            })
+            .collect();
+        self.write_points(out, Coverage::Keyframe, &parts)?;
+        let digest = self.digest();
+        self.commit(out, Some(digest))
+    }
+
+    /// What changed since the last frame.
+    fn write_delta(&mut self, out: &mut Vec<u8>) -> Result<()> {
+        self.write_transforms(out)?;
+        let parts: Vec<Part> = self
+            .server
+            .tracks_mut()
+            .iter_mut()
+            .enumerate()
+            .filter_map(|(t, track)| {
+                let (buckets, cells) = track.store.take_dirty();
+                let store = &track.store;
+                // A freed cell is not sent: no bucket names it any more (PSAO Figure 3).
+                let cells = cells.into_iter().map(|c| (c, store.cells()[c as usize]));
+                let part = Part::new(
+                    t,
+                    buckets.into_iter().map(|b| (b, store.buckets()[b as usize])),
+                    cells.filter(|(_, c)| c.key != EMPTY),
+                );
+                (!part.buckets.is_empty() || !part.cells.is_empty()).then_some(part)
+            })
+            .collect();
+        self.write_points(out, Coverage::Delta, &parts)?;
+        // The last frame proves the whole chain of deltas.
+        let last = self.frame + 1 == self.job.frames;
+        let digest = last.then(|| self.digest());
+        self.commit(out, digest)
+    }
+
+    fn write_transforms(&mut self, out: &mut Vec<u8>) -> Result<()> {
+        let mut changed = Vec::new();
+        for (t, track) in self.server.tracks().iter().enumerate() {
+            let transform = transform(track, self.server.pose());
+            if self.sent_transforms[t] != Some(transform) {
+                self.sent_transforms[t] = Some(transform);
+                changed.push((t as u32, transform));
+            }
+        }
+        if !changed.is_empty() {
+            self.encoder.transforms(out, &changed, self.job.compression)?;
+        }
+        Ok(())
+    }
+
+    fn write_points(&mut self, out: &mut Vec<u8>, coverage: Coverage, parts: &[Part]) -> Result<()> {
+        let updates: Vec<Update> = parts.iter().map(Part::update).collect();
+        Ok(self.encoder.points(out, coverage, &updates, self.job.compression)?)
+    }
+
+    fn commit(&mut self, out: &mut Vec<u8>, digest: Option<u64>) -> Result<()> {
+        let tick = (self.job.start * self.job.fps as f64).round() as u64 + self.frame as u64;
+        self.encoder.commit(out, tick, digest)?;
+        self.frame += 1;
+        Ok(())
+    }
+
+    fn digest(&self) -> u64 {
+        let mut digest = StateDigest::new();
+        for (t, track) in self.server.tracks().iter().enumerate() {
+            let store = &track.store;
+            digest.track(t as u32, self.sent_transforms[t].as_ref(), store.buckets(), store.cells());
+        }
+        digest.finish()
+    }
+}
+
+/// Changed buckets and cells of one track.
+struct Part {
+    track: u32,
+    bucket_indices: Vec<u32>,
+    buckets: Vec<Bucket>,
+    cell_indices: Vec<u32>,
+    cells: Vec<Cell>,
+}
+
+impl Part {
+    fn new(
+        track: usize,
+        buckets: impl Iterator<Item = (u32, Bucket)>,
+        cells: impl Iterator<Item = (u32, Cell)>,
+    ) -> Part {
+        let (bucket_indices, buckets) = buckets.unzip();
+        let (cell_indices, cells) = cells.unzip();
+        Part { track: track as u32, bucket_indices, buckets, cell_indices, cells }
+    }
+
+    fn update(&self) -> Update<'_> {
+        Update {
+            track: self.track,
+            bucket_indices: &self.bucket_indices,
+            buckets: &self.buckets,
+            cell_indices: &self.cell_indices,
+            cells: &self.cells,
+        }
+    }
+}
+
+/// What the stream says of a track: the server's track `t` has id `t`, and is found again by the
+/// path of its instance.
+fn declare(scene: &Scene, t: usize, track: &Track) -> codec::Track {
+    let bounds = track.mesh_bounds();
+    codec::Track {
+        id: t as u32,
+        target: Target {
+            application_id: 0,
+            path: scene.instances[track.instance].name.clone(),
+            content_hash: None,
+        },
+        aabb_min: bounds.min.to_array(),
+        aabb_max: bounds.max.to_array(),
+        space: if track.looks_up_rest_pose() { LookupSpace::Rest } else { LookupSpace::Mesh },
+        model: Model::Points(*track.store.grid()),
+    }
+}
+
+/// World from grid space of a track at a pose.
+fn transform(track: &Track, pose: &Pose) -> Transform {
+    let world: Affine3A = pose.world_from_mesh[track.instance] * track.mesh_from_grid();
+    let rows = world.matrix3.transpose();
+    let t = world.translation;
+    let row = |r: glam::Vec3A, t: f32| [r.x, r.y, r.z, t];
+    Transform {
+        world_from_grid: [row(rows.x_axis, t.x), row(rows.y_axis, t.y), row(rows.z_axis, t.z)],
     }
 }
