@@ -107,6 +107,11 @@ impl GridTransform {
         self.grid_from_mesh.transform_point3(position)
     }
 
+    /// Mesh space from grid space.
+    pub fn inverse(&self) -> glam::Affine3A {
+        self.grid_from_mesh.inverse()
+    }
+
     pub fn normal(&self, normal: Vec3) -> Vec3 {
         (self.normals * normal).normalize_or(normal)
     }

@@ -8,7 +8,7 @@ use super::place::{Density, Placement, place};
 use super::rng::Rng;
 use super::sample::GridTransform;
 use super::store::{Overflow, Store};
-use crate::codec::points::{PointWidths, point};
+use crate::codec::points::PointWidths;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::{Error, Result};
@@ -560,7 +560,7 @@ impl Track {
         let cell = grid::cell_at(&grid, p.position);
         let corner = cell.unwrap_or_default().map(|c| c as f32);
         let inside = p.position / grid.cell_edge - Vec3::from(corner);
-        let word = point::pack(grid.widths, inside.to_array(), p.normal.to_array(), p.ao);
+        let word = grid.widths.pack(inside.to_array(), p.normal.to_array(), p.ao);
         self.store.set(p.point, cell, word);
         true
     }

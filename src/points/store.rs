@@ -166,7 +166,7 @@ impl Store {
             return;
         }
         let key = self.cells[index].key;
-        let bucket = self.grid.bucket(self.grid.cell(key)) as usize;
+        let bucket = self.grid.bucket_of_key(key) as usize;
         let entries = &mut self.buckets[bucket].0;
         if let Some(hole) = entries.iter().position(|&e| e == index as u32) {
             entries.copy_within(hole + 1.., hole);

@@ -257,6 +257,16 @@ pub struct Pose {
     pub lights: Vec<LightPose>,
 }
 
+impl Pose {
+    /// Vertex positions of an instance in mesh space: deformed, or those of its mesh.
+    pub fn shape<'a>(&'a self, scene: &'a Scene, instance: usize) -> &'a [Vec3] {
+        match self.deformed.get(instance).and_then(Option::as_ref) {
+            Some(deformed) => &deformed.positions,
+            None => &scene.meshes[scene.instances[instance].mesh].positions,
+        }
+    }
+}
+
 /// Skinned or morphed vertices, in the order of the mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deformed {
