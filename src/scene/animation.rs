@@ -65,9 +65,9 @@ impl Channel {
             ChannelValues::MorphWeights { targets, values } => {
                 weights.clear();
                 let at = |key: usize, target: usize| f64::from(values[key * targets + target]);
-                weights.extend((0..*targets).map(|w| {
-                    blend(self.interpolation, span, |key| at(key, w)) as f32
-                }));
+                weights.extend(
+                    (0..*targets).map(|w| blend(self.interpolation, span, |key| at(key, w)) as f32),
+                );
                 Sample::MorphWeights
             }
         })
@@ -106,9 +106,7 @@ fn blend(interpolation: Interpolation, span: Span, value: impl Fn(usize) -> f64)
 }
 
 fn vec3(interpolation: Interpolation, values: &[Vec3], span: Span) -> Vec3 {
-    let component = |c: usize| {
-        blend(interpolation, span, |i| f64::from(values[i][c])) as f32
-    };
+    let component = |c: usize| blend(interpolation, span, |i| f64::from(values[i][c])) as f32;
     Vec3::new(component(0), component(1), component(2))
 }
 
@@ -116,7 +114,8 @@ fn rotation(interpolation: Interpolation, values: &[Quat], span: Span) -> Quat {
     if interpolation == Interpolation::Linear && span.key != span.next {
         return slerp(values[span.key], values[span.next], span.s);
     }
-    let q = [0, 1, 2, 3].map(|c| blend(interpolation, span, |i| f64::from(values[i].to_array()[c])));
+    let q =
+        [0, 1, 2, 3].map(|c| blend(interpolation, span, |i| f64::from(values[i].to_array()[c])));
     normalize(q)
 }
 

@@ -17,10 +17,7 @@ const DEFAULT_ZNEAR: f32 = 0.05;
 /// An eye on its target looks along -Z.
 pub fn look_at(eye: Vec3, target: Vec3, yfov: f32) -> CameraPose {
     let backward = (eye - target).try_normalize().unwrap_or(Vec3::Z);
-    let right = Vec3::Y
-        .cross(backward)
-        .try_normalize()
-        .unwrap_or(Vec3::X);
+    let right = Vec3::Y.cross(backward).try_normalize().unwrap_or(Vec3::X);
     let up = backward.cross(right);
     CameraPose {
         world_from_camera: Affine3A::from_mat3_translation(
@@ -94,7 +91,10 @@ impl Scene {
         }
         let names: Vec<&str> = self.cameras.iter().map(|c| c.name.as_str()).collect();
         Err(Error::Invalid(if names.is_empty() {
-            format!("scene {} has no cameras; leave the camera out or give an eye and a target", self.name)
+            format!(
+                "scene {} has no cameras; leave the camera out or give an eye and a target",
+                self.name
+            )
         } else {
             format!(
                 "scene {} has no camera {name}; it has {}",

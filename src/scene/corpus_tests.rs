@@ -38,11 +38,16 @@ fn number(cell: &str) -> Option<f64> {
 }
 
 fn rows(text: &str) -> Vec<Row> {
-    let lines = text.lines().filter(|l| l.starts_with("| ") && l.contains(".glb |"));
+    let lines = text
+        .lines()
+        .filter(|l| l.starts_with("| ") && l.contains(".glb |"));
     lines
         .map(|line| {
             let cells: Vec<&str> = line.split('|').map(str::trim).collect();
-            let sides: Vec<f32> = cells[6].split(" x ").filter_map(|s| s.parse().ok()).collect();
+            let sides: Vec<f32> = cells[6]
+                .split(" x ")
+                .filter_map(|s| s.parse().ok())
+                .collect();
             Row {
                 file: cells[1].to_owned(),
                 triangles: number(cells[5]).expect("a triangle count"),
@@ -85,13 +90,19 @@ fn every_scene_loads_as_its_table_says() {
         // The table counts the node of GPU instances once, unplaced.
         let mut scene = scene;
         if let Some(first) = scene.instances.iter().position(|i| i.name.ends_with("#0")) {
-            scene.instances.retain(|i| !i.name.contains('#') || i.name.ends_with("#0"));
+            scene
+                .instances
+                .retain(|i| !i.name.contains('#') || i.name.ends_with("#0"));
             scene.instances[first].offset = glam::Affine3A::IDENTITY;
             scene = scene.clone();
             pose = scene.rest_pose();
         }
         if scene.instances.len() != row.instances {
-            wrong.push(format!("{file}: {} instances, not {}", scene.instances.len(), row.instances));
+            wrong.push(format!(
+                "{file}: {} instances, not {}",
+                scene.instances.len(),
+                row.instances
+            ));
         }
         let triangles: usize = scene
             .instances
@@ -99,7 +110,10 @@ fn every_scene_loads_as_its_table_says() {
             .map(|i| scene.meshes[i.mesh].triangles.len() + scene.meshes[i.mesh].dropped_triangles)
             .sum();
         if triangles as f64 != row.triangles {
-            wrong.push(format!("{file}: {triangles} triangles, not {}", row.triangles));
+            wrong.push(format!(
+                "{file}: {triangles} triangles, not {}",
+                row.triangles
+            ));
         }
         let (min, max) = scene.bounds(&pose).expect("triangles");
         if let Some(size) = row.size
@@ -129,7 +143,11 @@ fn every_scene_loads_as_its_table_says() {
 
 #[test]
 fn skinned_vertices_match_double_precision() {
-    for (file, time) in [("cesium_man.glb", 0.7), ("robot_lab.glb", 3.21), ("skinned_tentacles.glb", 0.9)] {
+    for (file, time) in [
+        ("cesium_man.glb", 0.7),
+        ("robot_lab.glb", 3.21),
+        ("skinned_tentacles.glb", 0.9),
+    ] {
         let Some(scene) = load(file) else { return };
         let pose = scene.pose(time);
         let local = |n: usize| {
@@ -186,7 +204,9 @@ fn skinned_vertices_match_double_precision() {
 
 #[test]
 fn a_carried_figure_keeps_its_frame() {
-    let Some(scene) = load("robot_lab.glb") else { return };
+    let Some(scene) = load("robot_lab.glb") else {
+        return;
+    };
     let (a, b) = (scene.pose(1.0), scene.pose(2.0));
     let mut carried = 0;
     for (i, instance) in scene.instances.iter().enumerate() {
@@ -211,13 +231,18 @@ fn a_carried_figure_keeps_its_frame() {
 
 #[test]
 fn poses_are_the_same_in_any_order_and_buffer() {
-    let Some(scene) = load("robot_lab.glb") else { return };
+    let Some(scene) = load("robot_lab.glb") else {
+        return;
+    };
     let fresh = scene.pose(2.5);
     let mut reused = scene.pose(0.25);
     scene.pose_into(2.5, &mut reused);
     let mut looped = scene.pose(0.0);
     scene.pose_into(2.5 + f64::from(scene.duration), &mut looped);
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let one_thread = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a pool");
     let single = one_thread.install(|| scene.pose(2.5));
     for other in [&reused, &single] {
         assert_eq!(fresh.world_from_mesh, other.world_from_mesh);
@@ -234,10 +259,17 @@ fn poses_are_the_same_in_any_order_and_buffer() {
 #[test]
 fn spoilt_files_are_errors_not_panics() {
     let Some(folder) = folder() else { return };
-    for file in ["animated_morph_cube.glb", "interpolation_test.glb", "cesium_man.glb"] {
+    for file in [
+        "animated_morph_cube.glb",
+        "interpolation_test.glb",
+        "cesium_man.glb",
+    ] {
         let bytes = std::fs::read(folder.join(file)).expect(file);
         for cut in (0..bytes.len()).step_by(bytes.len() / 40 + 1) {
-            assert!(Scene::from_bytes(file, &bytes[..cut], None).is_err(), "{file} cut at {cut}");
+            assert!(
+                Scene::from_bytes(file, &bytes[..cut], None).is_err(),
+                "{file} cut at {cut}"
+            );
         }
         // The JSON chunk comes first, so steps of its length / 100 change names, numbers, brackets.
         let json = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize + 20;

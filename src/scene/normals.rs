@@ -15,7 +15,10 @@ fn is_degenerate([a, b, c]: [Vec3; 3]) -> bool {
         return true;
     }
     let (ab, bc, ca) = (ab / longest, bc / longest, ca / longest);
-    let edge = ab.length_squared().max(bc.length_squared()).max(ca.length_squared());
+    let edge = ab
+        .length_squared()
+        .max(bc.length_squared())
+        .max(ca.length_squared());
     ab.cross(ca).length() <= DEGENERATE * edge
 }
 
@@ -49,7 +52,9 @@ pub(super) fn compact(mesh: &mut Mesh) {
     if used.iter().all(|u| *u) {
         return;
     }
-    let keep: Vec<u32> = (0..used.len() as u32).filter(|v| used[*v as usize]).collect();
+    let keep: Vec<u32> = (0..used.len() as u32)
+        .filter(|v| used[*v as usize])
+        .collect();
     let mut new_of = vec![0; used.len()];
     for (new, old) in keep.iter().enumerate() {
         new_of[*old as usize] = new as u32;

@@ -89,11 +89,8 @@ impl Scene {
         let world_of = |node: Option<usize>| node.map_or(Affine3A::IDENTITY, |n| world[n]);
 
         pose.world_from_mesh.clear();
-        pose.world_from_mesh.extend(
-            self.instances
-                .iter()
-                .map(|i| world_of(i.node) * i.offset),
-        );
+        pose.world_from_mesh
+            .extend(self.instances.iter().map(|i| world_of(i.node) * i.offset));
         pose.cameras.clear();
         pose.cameras.extend(self.cameras.iter().map(|c| CameraPose {
             world_from_camera: rigid(&match c.node {
@@ -135,11 +132,8 @@ impl Scene {
             let Some(sample) = channel.sample(time, &mut weights) else {
                 continue;
             };
-            let slot = trs[channel.node].get_or_insert((
-                node.translation,
-                node.rotation,
-                node.scale,
-            ));
+            let slot =
+                trs[channel.node].get_or_insert((node.translation, node.rotation, node.scale));
             match sample {
                 Sample::Translation(t) => slot.0 = t,
                 Sample::Rotation(r) => slot.1 = r,

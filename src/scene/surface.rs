@@ -125,7 +125,10 @@ impl Scene {
         };
         // The normal map's vector in tangent space.
         let bump = material
-            .and_then(|m| m.normal_texture.map(|t| (&self.textures[t], m.normal_scale)))
+            .and_then(|m| {
+                m.normal_texture
+                    .map(|t| (&self.textures[t], m.normal_scale))
+            })
             .filter(|_| !mesh.uvs.is_empty() && !mesh.tangents.is_empty())
             .map(|(texture, scale)| {
                 let n = texture.sample_linear(uv).truncate() * 2.0 - 1.0;
@@ -137,8 +140,7 @@ impl Scene {
             normals: &mesh.normals,
             tangents: None,
         };
-        let (rest_position, rest_normal, rest_geometric) =
-            shade(mesh, &rest, corners, u, v, bump);
+        let (rest_position, rest_normal, rest_geometric) = shade(mesh, &rest, corners, u, v, bump);
         let deformed = pose.deformed.get(instance).and_then(|d| d.as_ref());
         let (mesh_position, mesh_normal, mesh_geometric) = match deformed {
             Some(d) => {

@@ -155,7 +155,9 @@ impl Document<'_> {
                 changed,
                 &place,
             )?;
-            let pairs = indices.chunks_exact(index_size).zip(values.chunks_exact(size));
+            let pairs = indices
+                .chunks_exact(index_size)
+                .zip(values.chunks_exact(size));
             for (index, value) in pairs {
                 let mut wide = [0; 8];
                 wide[..index.len()].copy_from_slice(index);

@@ -73,7 +73,10 @@ fn read_channel(
     };
     let place = format!("the values of {what}");
     let expect = |have: usize, each: usize| {
-        let want = times.len().saturating_mul(values_per_key).saturating_mul(each);
+        let want = times
+            .len()
+            .saturating_mul(values_per_key)
+            .saturating_mul(each);
         if have == want {
             Ok(())
         } else {

@@ -85,10 +85,21 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
             Alpha::Mask { cutoff } => cutoff,
             _ => 0.0,
         };
-        finite(&material.base_color.to_array(), &format!("a base colour of material {name}"))?;
-        finite(&material.emissive.to_array(), &format!("an emission of material {name}"))?;
         finite(
-            &[material.roughness, material.metallic, material.normal_scale, cutoff],
+            &material.base_color.to_array(),
+            &format!("a base colour of material {name}"),
+        )?;
+        finite(
+            &material.emissive.to_array(),
+            &format!("an emission of material {name}"),
+        )?;
+        finite(
+            &[
+                material.roughness,
+                material.metallic,
+                material.normal_scale,
+                cutoff,
+            ],
             &format!("a factor of material {name}"),
         )?;
         material.name = name;

@@ -110,7 +110,9 @@ fn read_primitive(
         if have == count {
             Ok(())
         } else {
-            Err(format!("{name} of {what} has {have} elements for {count} positions"))
+            Err(format!(
+                "{name} of {what} has {have} elements for {count} positions"
+            ))
         }
     };
 
@@ -176,7 +178,9 @@ fn read_primitive(
             out.normals.clear();
         }
         if out.positions.len() != count || !(out.normals.is_empty() || out.normals.len() == count) {
-            return Err(format!("{what} has another number of elements than its mesh"));
+            return Err(format!(
+                "{what} has another number of elements than its mesh"
+            ));
         }
         mesh.morph_targets.push(out);
     }
@@ -295,7 +299,9 @@ fn append(mesh: &mut Mesh, part: Mesh, what: &str) -> Read<()> {
         return Err(format!("{what} makes its mesh too large"));
     }
     if before > 0 && mesh.joints.is_empty() != part.joints.is_empty() && added > 0 {
-        return Err(format!("{what} differs from the first primitive in having joints or not"));
+        return Err(format!(
+            "{what} differs from the first primitive in having joints or not"
+        ));
     }
     fn join<T: Clone>(to: &mut Vec<T>, from: Vec<T>, before: usize, after: usize, fill: T) {
         if !(to.is_empty() && from.is_empty()) {
@@ -310,11 +316,19 @@ fn append(mesh: &mut Mesh, part: Mesh, what: &str) -> Read<()> {
     join(&mut mesh.tangents, part.tangents, before, after, Vec4::ZERO);
     mesh.joints.extend(part.joints);
     mesh.weights.extend(part.weights);
-    mesh.morph_targets
-        .resize_with(mesh.morph_targets.len().max(part.morph_targets.len()), MorphTarget::default);
+    mesh.morph_targets.resize_with(
+        mesh.morph_targets.len().max(part.morph_targets.len()),
+        MorphTarget::default,
+    );
     let targets = mesh.morph_targets.iter_mut().zip(part.morph_targets);
     for (target, from) in targets {
-        join(&mut target.positions, from.positions, before, after, Vec3::ZERO);
+        join(
+            &mut target.positions,
+            from.positions,
+            before,
+            after,
+            Vec3::ZERO,
+        );
         join(&mut target.normals, from.normals, before, after, Vec3::ZERO);
     }
     mesh.triangles

@@ -138,7 +138,9 @@ fn decompose(matrix: &Mat4) -> Option<(Vec3, Quat, Vec3)> {
     let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
     let again = Mat4::from_scale_rotation_translation(scale, rotation, translation);
     let tolerance = 1e-6 * (1.0 + scale.abs().max_element());
-    again.abs_diff_eq(*matrix, tolerance).then_some((scale, rotation, translation))
+    again
+        .abs_diff_eq(*matrix, tolerance)
+        .then_some((scale, rotation, translation))
 }
 
 /// Fills `scene.instances`, `cameras` and `lights`. `meshes` gives the scene's mesh for each of the
@@ -207,7 +209,10 @@ fn place_mesh(
         get(&document.root.skins, skin, "skin")?;
         let skin = skin.value();
         skins::check(scene, mesh, skin, source)?;
-        document.spend(scene.meshes[mesh].positions.len(), &format!("node {source}"))?;
+        document.spend(
+            scene.meshes[mesh].positions.len(),
+            &format!("node {source}"),
+        )?;
         scene.instances.push(Instance {
             name,
             mesh,
@@ -250,7 +255,9 @@ fn gpu_instances(document: &Document, source: usize) -> Read<Option<Vec<Affine3A
             None => Ok(None),
             Some(value) => match value.as_u64().and_then(|v| u32::try_from(v).ok()) {
                 Some(index) => Ok(Some(json::Index::new(index))),
-                None => Err(format!("{name} of the GPU instances of node {source} is no index")),
+                None => Err(format!(
+                    "{name} of the GPU instances of node {source} is no index"
+                )),
             },
         }
     };
@@ -261,7 +268,9 @@ fn gpu_instances(document: &Document, source: usize) -> Read<Option<Vec<Affine3A
         accessor("SCALE")?,
     );
     let Some(first) = t.or(r).or(s) else {
-        return Err(format!("{what} have neither translation, rotation nor scale"));
+        return Err(format!(
+            "{what} have neither translation, rotation nor scale"
+        ));
     };
     let count = document.count(first, &what)?;
     document.spend(count, &what)?;
@@ -307,7 +316,9 @@ fn place_camera(
         return Ok(());
     };
     if !(lens.yfov > 0.0 && lens.yfov < std::f32::consts::PI) {
-        return Err(format!("the field of view of camera {name} is out of range"));
+        return Err(format!(
+            "the field of view of camera {name} is out of range"
+        ));
     }
     if !(lens.znear > 0.0 && lens.znear.is_finite()) {
         return Err(format!("the near plane of camera {name} is out of range"));
