@@ -1,9 +1,50 @@
-//! Ray tracing on the CPU: one BVH per mesh, one over the instances.
+//! Ray tracing on the CPU: one hierarchy per mesh, one over the instances.
+//!
+//! A [`Tracer`] holds the acceleration structures of a scene at one pose, follows it to others, and
+//! answers from any number of threads at once. Answers depend on the scene, the pose and the ray
+//! alone: not on threads, not on the instruction set, not on how the hierarchies came to be. That
+//! holds because no hit is ever lost to a box test; [`slab`] and [`packet`] say why.
+//!
+//! - [`blas`] is a mesh: triangles in [`packet`]s under an eight-wide hierarchy ([`wide`], made by
+//!   [`build`]). Skinned and morphed instances have one of their own, which is refitted.
+//! - [`placed`] is an instance: rays go into mesh space with their direction unnormalised, so that
+//!   distances stay metres. Moving instances only rebuild the hierarchy over the instances.
+//! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
+//! - [`offset`] and [`sampler`] say where rays start and where they go.
+//!
+//! Triangles of MASK materials let rays through where the texture has a hole ([`alpha`]); those of
+//! BLEND materials stop nothing. Triangles have two sides.
+
+mod aabb;
+mod alpha;
+mod blas;
+mod build;
+mod occlusion;
+pub mod offset;
+mod packet;
+mod placed;
+pub mod sampler;
+mod slab;
+mod wide;
+
+#[cfg(test)]
+mod tests;
+
+pub use aabb::Aabb;
 
 use crate::scene::{Pose, Scene};
-use glam::Vec3;
+use blas::Blas;
+use build::Effort;
+use glam::{Affine3A, Vec3};
+use packet::TriangleHit;
+use placed::Placed;
+use rayon::prelude::*;
+use sampler::Patterns;
+use slab::SlabRay;
+use std::sync::{Arc, RwLock};
+use wide::WideBvh;
 
-/// A ray in world space. `direction` is unit length; `t` is in metres.
+/// A ray in world space. `t` counts in lengths of `direction`: metres when it is unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     pub origin: Vec3,
@@ -24,39 +65,314 @@ pub struct Hit {
     pub v: f32,
 }
 
+/// What [`Tracer::update`] had to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Instances with another transform.
+    pub moved: usize,
+    /// Instances whose own hierarchy was refitted.
+    pub refitted: usize,
+    /// Of these, those that were built anew.
+    pub rebuilt: usize,
+}
+
 /// The acceleration structures of a scene at one pose.
 pub struct Tracer<'s> {
     scene: &'s Scene,
+    /// One per mesh, at rest.
+    shared: Vec<Blas>,
+    /// One per instance that is deformed.
+    own: Vec<Option<Blas>>,
+    /// One per instance; `None` cannot be hit.
+    placed: Vec<Option<Placed>>,
+    top: WideBvh,
+    /// The greatest [`Placed::slack_per_metre`].
+    slack: f32,
+    reach: f32,
+    /// The pose as it was, to tell what changes.
+    transforms: Vec<Affine3A>,
+    deformed: Vec<Option<Vec<Vec3>>>,
+    patterns: RwLock<Vec<Arc<Patterns>>>,
+    wide_vectors: bool,
 }
 
 impl<'s> Tracer<'s> {
-    pub fn new(scene: &'s Scene, _pose: &Pose) -> Self {
-        Tracer { scene }
+    pub fn new(scene: &'s Scene, pose: &Pose) -> Self {
+        let shared: Vec<Blas> = scene
+            .meshes
+            .par_iter()
+            .map(|mesh| Blas::build(mesh, &scene.materials, &mesh.positions))
+            .collect();
+        let mut tracer = Tracer {
+            scene,
+            own: vec![None; scene.instances.len()],
+            placed: vec![None; scene.instances.len()],
+            top: WideBvh::from_children(&[]),
+            slack: 0.0,
+            reach: 0.0,
+            transforms: vec![Affine3A::ZERO; scene.instances.len()],
+            deformed: vec![None; scene.instances.len()],
+            patterns: RwLock::default(),
+            wide_vectors: has_wide_vectors(),
+            shared,
+        };
+        tracer.update(pose);
+        tracer.reach = tracer.measure_reach();
+        tracer
     }
-    /// Follows the scene to another pose. Only what moved or deformed is touched.
-    pub fn update(&mut self, _pose: &Pose) {
-        let _ = self.scene;
-        todo!()
+
+    /// Follows the scene to another pose. Only what moved or deformed is touched: where nothing
+    /// did, this compares the poses and returns.
+    pub fn update(&mut self, pose: &Pose) -> Work {
+        let scene = self.scene;
+        let shared = &self.shared;
+        let changes: Vec<(bool, Option<bool>)> = self
+            .own
+            .par_iter_mut()
+            .zip(&mut self.deformed)
+            .zip(&mut self.transforms)
+            .enumerate()
+            .map(|(i, ((own, last), transform))| {
+                let now = pose
+                    .world_from_mesh
+                    .get(i)
+                    .copied()
+                    .unwrap_or(Affine3A::ZERO);
+                let moved = *transform != now;
+                *transform = now;
+                let now = pose
+                    .deformed
+                    .get(i)
+                    .and_then(|d| d.as_ref())
+                    .map(|d| &d.positions);
+                if now == last.as_ref() {
+                    return (moved, None);
+                }
+                let mesh = &scene.meshes[scene.instances[i].mesh];
+                let Some(positions) = now else {
+                    (*own, *last) = (None, None);
+                    return (moved, Some(false));
+                };
+                let blas = own.get_or_insert_with(|| shared[scene.instances[i].mesh].clone());
+                let rebuilt = blas.refit(mesh, &scene.materials, positions);
+                last.get_or_insert_default().clone_from(positions);
+                (moved, Some(rebuilt))
+            })
+            .collect();
+        let mut work = Work::default();
+        for (i, (moved, refitted)) in changes.iter().enumerate() {
+            work.moved += usize::from(*moved);
+            work.refitted += usize::from(refitted.is_some());
+            work.rebuilt += usize::from(*refitted == Some(true));
+            if *moved || refitted.is_some() {
+                self.placed[i] = Placed::new(&self.transforms[i], self.blas(i));
+            }
+        }
+        if work != Work::default() {
+            self.rebuild_top();
+        }
+        work
     }
-    /// Whether anything opaque lies on the ray.
-    pub fn occluded(&self, _ray: &Ray) -> bool {
-        todo!()
+
+    fn rebuild_top(&mut self) {
+        let (numbers, boxes): (Vec<u32>, Vec<Aabb>) = (0u32..)
+            .zip(&self.placed)
+            .filter_map(|(i, p)| p.as_ref().map(|p| (i, p.bounds)))
+            .unzip();
+        let topology = build::build(&boxes, 1, Effort::Quick);
+        let nodes: Vec<[u32; wide::WIDTH]> = topology
+            .nodes
+            .iter()
+            .map(|children| {
+                children.map(|c| match wide::leaf_number(c) {
+                    Some(leaf) => wide::leaf(numbers[topology.leaves[leaf as usize][0] as usize]),
+                    None => c,
+                })
+            })
+            .collect();
+        let placed = &self.placed;
+        self.top = WideBvh::from_children(&nodes);
+        self.top.refit(|i| {
+            placed[i as usize]
+                .as_ref()
+                .map_or(Aabb::EMPTY, |p| p.bounds)
+        });
+        self.slack = placed
+            .iter()
+            .flatten()
+            .map(Placed::slack_per_metre)
+            .fold(0.0, f32::max);
     }
-    /// The nearest opaque intersection.
-    pub fn closest(&self, _ray: &Ray) -> Option<Hit> {
-        todo!()
+
+    fn blas(&self, instance: usize) -> &Blas {
+        self.own[instance]
+            .as_ref()
+            .unwrap_or_else(|| &self.shared[self.scene.instances[instance].mesh])
     }
-    /// Share of `rays` cosine-distributed rays about `normal` that travel `distance` metres
-    /// unhindered: 1 is open, 0 is closed. `seed` picks the rotation of the sequence.
-    pub fn ambient_occlusion(
-        &self,
-        _position: Vec3,
-        _geometric_normal: Vec3,
-        _normal: Vec3,
-        _rays: u32,
-        _distance: f32,
-        _seed: u32,
-    ) -> f32 {
-        todo!()
+
+    /// The scale of mesh coordinates in metres, which the offset of rays depends on: the largest
+    /// coordinate of any mesh at rest, times its instance's scale. It is taken once, from the first
+    /// pose, and rounded up to a multiple of an eighth of its power of two, so that a static point
+    /// keeps its rays whatever moves elsewhere.
+    pub fn reach(&self) -> f32 {
+        self.reach
     }
+
+    fn measure_reach(&self) -> f32 {
+        let exact = self
+            .scene
+            .instances
+            .iter()
+            .zip(&self.placed)
+            .filter_map(|(i, p)| Some(p.as_ref()?.scale * self.shared[i.mesh].bounds().reach()))
+            .fold(0.0, f32::max);
+        // Keeps the sign, the exponent and three bits of the mantissa, rounding up.
+        f32::from_bits((exact.to_bits() + 0x000f_ffff) & 0xfff0_0000)
+    }
+
+    /// Whether anything opaque lies on the ray at `0 < t <= t_max`. A ray that is not finite, or
+    /// has no direction, hits nothing; `t_max` may be infinite.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide_vectors {
+            // SAFETY: `wide_vectors` is only true where the processor was found to have AVX2.
+            return unsafe { self.occluded_avx2(ray) };
+        }
+        self.occluded_body(ray)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn occluded_avx2(&self, ray: &Ray) -> bool {
+        self.occluded_body(ray)
+    }
+
+    #[inline(always)]
+    fn occluded_body(&self, ray: &Ray) -> bool {
+        let Some(world) = self.world_ray(ray) else {
+            return false;
+        };
+        self.top.any(&world, ray.t_max, |instance| {
+            self.instance_occluded(instance, &world, ray.t_max)
+        })
+    }
+
+    #[inline(always)]
+    fn instance_occluded(&self, instance: u32, world: &SlabRay, t_max: f32) -> bool {
+        let Some(placed) = &self.placed[instance as usize] else {
+            return false;
+        };
+        let ray = placed.ray(world);
+        self.blas(instance as usize)
+            .occluded(&ray, t_max, |hit| self.is_opaque(instance, hit))
+    }
+
+    /// The nearest opaque intersection at `0 < t <= t_max`; of several at the same `t` the one with
+    /// the lowest instance, then the lowest triangle.
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        #[cfg(target_arch = "x86_64")]
+        if self.wide_vectors {
+            // SAFETY: `wide_vectors` is only true where the processor was found to have AVX2.
+            return unsafe { self.closest_avx2(ray) };
+        }
+        self.closest_body(ray)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn closest_avx2(&self, ray: &Ray) -> Option<Hit> {
+        self.closest_body(ray)
+    }
+
+    #[inline(always)]
+    fn closest_body(&self, ray: &Ray) -> Option<Hit> {
+        let world = self.world_ray(ray)?;
+        let mut best: Option<Hit> = None;
+        let mut t_max = ray.t_max;
+        self.top.nearest(&world, &mut t_max, |instance, t_max| {
+            let Some(placed) = &self.placed[instance as usize] else {
+                return;
+            };
+            let ray = placed.ray(&world);
+            self.blas(instance as usize).closest(
+                &ray,
+                t_max,
+                |hit| self.is_opaque(instance, hit),
+                |hit, t_max| {
+                    let TriangleHit {
+                        t, triangle, u, v, ..
+                    } = hit;
+                    let hit = Hit {
+                        t,
+                        instance,
+                        triangle,
+                        u,
+                        v,
+                    };
+                    if best.is_none_or(|b| hit.precedes(&b)) {
+                        best = Some(hit);
+                        *t_max = t;
+                    }
+                },
+            );
+        });
+        best
+    }
+
+    #[inline(always)]
+    fn world_ray(&self, ray: &Ray) -> Option<SlabRay> {
+        let finite = ray.origin.is_finite() && ray.direction.is_finite();
+        if !finite || ray.direction == Vec3::ZERO || !(ray.t_max > 0.0) {
+            return None;
+        }
+        let slack = self.slack * ray.origin.abs().max_element();
+        Some(SlabRay::new(
+            ray.origin.to_array(),
+            ray.direction.to_array(),
+            slack,
+        ))
+    }
+
+    #[cold]
+    fn is_opaque(&self, instance: u32, hit: &TriangleHit) -> bool {
+        let mesh = self.scene.instances[instance as usize].mesh;
+        !alpha::is_hole(self.scene, mesh, hit.triangle, hit.u, hit.v)
+    }
+
+    /// The instance's box in world space, a rounding error larger than it need be; empty for an
+    /// instance that nothing can hit or that does not exist.
+    pub fn bounds(&self, instance: usize) -> Aabb {
+        self.placed
+            .get(instance)
+            .and_then(|p| p.as_ref())
+            .map_or(Aabb::EMPTY, |p| p.bounds)
+    }
+
+    /// Whether geometry of the instance may come within `distance` metres of a point. It never
+    /// misses any; it may say yes when only the box of a few triangles comes that near.
+    pub fn within(&self, instance: usize, point: Vec3, distance: f32) -> bool {
+        let Some(Some(placed)) = self.placed.get(instance) else {
+            return false;
+        };
+        let distance = distance + self.slack * point.abs().max_element();
+        if placed.bounds.distance_squared(point) > distance * distance * (1.0 + 1e-5) {
+            return false;
+        }
+        let point = Vec3::from(placed.point(point.to_array()));
+        self.blas(instance)
+            .within(point, distance * placed.stretch * (1.0 + 1e-5))
+    }
+}
+
+impl Hit {
+    fn precedes(&self, other: &Hit) -> bool {
+        (self.t, self.instance, self.triangle) < (other.t, other.instance, other.triangle)
+    }
+}
+
+fn has_wide_vectors() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx2");
+    #[cfg(not(target_arch = "x86_64"))]
+    return false;
 }

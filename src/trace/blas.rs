@@ -1,0 +1,163 @@
+//! The hierarchy of one mesh.
+
+use super::aabb::Aabb;
+use super::build::{self, Effort};
+use super::packet::{LANES, Packet, TriangleHit};
+use super::slab::SlabRay;
+use super::wide::{NONE, WideBvh};
+use crate::scene::{Alpha, Material, Mesh};
+use glam::Vec3;
+
+/// A refitted hierarchy is built anew when its cost ([`WideBvh::cost`]) has grown by this factor since
+/// it was built.
+const REBUILD_GROWTH: f64 = 2.0;
+
+/// Triangles of a mesh that can stop a ray, in packets, under a hierarchy.
+#[derive(Clone, Debug)]
+pub struct Blas {
+    tree: WideBvh,
+    packets: Vec<Packet>,
+    /// [`WideBvh::cost`] when the tree was built.
+    built_cost: f64,
+}
+
+impl Blas {
+    /// Builds over `positions`, which may be those of the mesh or deformed ones. Triangles of BLEND
+    /// materials are left out, and so are those with corners that do not exist or are not finite.
+    pub fn build(mesh: &Mesh, materials: &[Material], positions: &[Vec3]) -> Blas {
+        let mut solid: Vec<(u32, bool)> = Vec::with_capacity(mesh.triangles.len());
+        let mut boxes = Vec::with_capacity(mesh.triangles.len());
+        for (index, triangle) in mesh.triangles.iter().enumerate() {
+            let alpha = mesh
+                .materials
+                .get(index)
+                .and_then(|&m| materials.get(m as usize))
+                .map_or(Alpha::Opaque, |m| m.alpha);
+            let Some(corners) = corners(triangle, positions) else {
+                continue;
+            };
+            if alpha == Alpha::Blend || !corners.iter().all(|c| c.is_finite()) {
+                continue;
+            }
+            solid.push((index as u32, matches!(alpha, Alpha::Mask { .. })));
+            boxes.push(Aabb {
+                min: corners[0].min(corners[1]).min(corners[2]),
+                max: corners[0].max(corners[1]).max(corners[2]),
+            });
+        }
+        let topology = build::build(&boxes, LANES, Effort::Thorough);
+        let packets = topology
+            .leaves
+            .iter()
+            .map(|leaf| {
+                let mut packet = Packet::EMPTY;
+                for (lane, &primitive) in leaf.iter().enumerate().filter(|&(_, &p)| p != NONE) {
+                    let (index, masked) = solid[primitive as usize];
+                    if let Some(corners) = corners(&mesh.triangles[index as usize], positions) {
+                        packet.set(lane, index, masked, corners);
+                    }
+                }
+                packet
+            })
+            .collect();
+        let mut blas = Blas {
+            tree: WideBvh::from_children(&topology.nodes),
+            packets,
+            built_cost: 0.0,
+        };
+        blas.refit_boxes();
+        blas.built_cost = blas.tree.cost();
+        blas
+    }
+
+    /// Follows the mesh to other positions, with the same tree over new boxes; builds anew when
+    /// that would be a bad tree, [`REBUILD_GROWTH`]. Returns whether it built.
+    pub fn refit(&mut self, mesh: &Mesh, materials: &[Material], positions: &[Vec3]) -> bool {
+        for packet in &mut self.packets {
+            for lane in 0..LANES {
+                let Some((index, masked)) = packet.triangle(lane) else {
+                    continue;
+                };
+                if let Some(corners) = corners(&mesh.triangles[index as usize], positions) {
+                    packet.set(lane, index, masked, corners);
+                }
+            }
+        }
+        self.refit_boxes();
+        let bad = self.tree.cost() > REBUILD_GROWTH * self.built_cost;
+        if bad {
+            *self = Blas::build(mesh, materials, positions);
+        }
+        bad
+    }
+
+    fn refit_boxes(&mut self) {
+        let packets = &self.packets;
+        self.tree.refit(|leaf| packets[leaf as usize].bounds());
+    }
+
+    /// Mesh space.
+    pub fn bounds(&self) -> Aabb {
+        self.tree.bounds()
+    }
+
+    /// Boxes that together cover the mesh, closer than its one box.
+    pub fn coarse_boxes(&self) -> impl Iterator<Item = Aabb> + '_ {
+        self.tree.root_boxes()
+    }
+
+    /// Whether any triangle is hit at `0 < t <= t_max` for which `opaque` says so. `opaque` is
+    /// asked about masked triangles only.
+    #[inline(always)]
+    pub fn occluded(
+        &self,
+        ray: &SlabRay,
+        t_max: f32,
+        opaque: impl Fn(&TriangleHit) -> bool,
+    ) -> bool {
+        self.tree.any(ray, t_max, |leaf| {
+            self.packets[leaf as usize].intersect(ray, t_max, |hit| !hit.masked || opaque(&hit))
+        })
+    }
+
+    /// Calls `found` with opaque hits at `t <= t_max`, which `found` lowers; among them is every hit
+    /// at the least `t`.
+    #[inline(always)]
+    pub fn closest(
+        &self,
+        ray: &SlabRay,
+        t_max: &mut f32,
+        opaque: impl Fn(&TriangleHit) -> bool,
+        mut found: impl FnMut(TriangleHit, &mut f32),
+    ) {
+        self.tree.nearest(ray, t_max, |leaf, t_max| {
+            self.packets[leaf as usize].intersect(ray, *t_max, |hit| {
+                if hit.t <= *t_max && (!hit.masked || opaque(&hit)) {
+                    found(hit, t_max);
+                }
+                false
+            });
+        });
+    }
+
+    /// Whether the box of any few triangles comes within `distance` of `point`.
+    pub fn within(&self, point: Vec3, distance: f32) -> bool {
+        self.tree.near(point, distance, |_| true)
+    }
+
+    /// The triangle test alone, on every packet: what any traversal must agree with.
+    #[cfg(test)]
+    pub fn brute_force(&self, ray: &SlabRay, t_max: f32, mut found: impl FnMut(TriangleHit)) {
+        for packet in &self.packets {
+            packet.intersect(ray, t_max, |hit| {
+                found(hit);
+                false
+            });
+        }
+    }
+}
+
+fn corners(triangle: &[u32; 3], positions: &[Vec3]) -> Option<[Vec3; 3]> {
+    let [a, b, c] = triangle.map(|i| positions.get(i as usize).copied());
+    Some([a?, b?, c?])
+}

@@ -1,0 +1,235 @@
+//! A hierarchy with eight children a node, over leaves that it knows by number only.
+//!
+//! It serves triangles (a leaf is a packet) and instances (a leaf is an instance) alike. Boxes are
+//! full `f32`, one array per plane, so that a node is tested by eight-wide arithmetic. Nodes stand
+//! after their parents, which makes refitting one backward sweep.
+
+use super::aabb::Aabb;
+use super::slab::SlabRay;
+use glam::Vec3;
+
+/// Children per node.
+pub const WIDTH: usize = 8;
+
+/// No path from the root is longer, in nodes; the builder sees to it.
+pub const MAX_DEPTH: usize = 32;
+
+/// Set in a child reference to a leaf; the rest is the leaf's number.
+const LEAF: u32 = 1 << 31;
+
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+struct Node {
+    /// `[axis][0: min, 1: max][child]`; an unused child has the empty box, which no ray passes.
+    planes: [[[f32; WIDTH]; 2]; 3],
+    children: [u32; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Node = Node {
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        children: [NONE; WIDTH],
+    };
+
+    fn set_box(&mut self, child: usize, b: &Aabb) {
+        for axis in 0..3 {
+            self.planes[axis][0][child] = b.min[axis];
+            self.planes[axis][1][child] = b.max[axis];
+        }
+    }
+
+    fn child_box(&self, child: usize) -> Aabb {
+        let side = |s: usize| {
+            Vec3::new(
+                self.planes[0][s][child],
+                self.planes[1][s][child],
+                self.planes[2][s][child],
+            )
+        };
+        Aabb {
+            min: side(0),
+            max: side(1),
+        }
+    }
+}
+
+/// The reference to a leaf in [`WideBvh::from_children`].
+pub fn leaf(number: u32) -> u32 {
+    number | LEAF
+}
+
+/// The number of the leaf that a reference is to, if it is to one.
+pub fn leaf_number(reference: u32) -> Option<u32> {
+    (reference & LEAF != 0 && reference != NONE).then_some(reference & !LEAF)
+}
+
+/// The reference to no child at all.
+pub const NONE: u32 = u32::MAX;
+
+/// The hierarchy. Empty hierarchies have a root without children.
+#[derive(Clone, Debug)]
+pub struct WideBvh {
+    nodes: Vec<Node>,
+}
+
+impl WideBvh {
+    /// From each node's children: a node's number, [`leaf`] of a leaf's, or [`NONE`]. Node 0 is
+    /// the root and children stand after their parents. Boxes are empty until [`WideBvh::refit`].
+    pub fn from_children(children: &[[u32; WIDTH]]) -> WideBvh {
+        let mut nodes = vec![Node::EMPTY; children.len().max(1)];
+        for (node, &children) in nodes.iter_mut().zip(children) {
+            node.children = children;
+        }
+        WideBvh { nodes }
+    }
+
+    /// Recomputes every box from the leaves' boxes.
+    pub fn refit(&mut self, leaf_box: impl Fn(u32) -> Aabb) {
+        for n in (0..self.nodes.len()).rev() {
+            for slot in 0..WIDTH {
+                let child = self.nodes[n].children[slot];
+                let b = if child == NONE {
+                    continue;
+                } else if child & LEAF != 0 {
+                    leaf_box(child & !LEAF)
+                } else {
+                    self.node_box(child as usize)
+                };
+                self.nodes[n].set_box(slot, &b);
+            }
+        }
+    }
+
+    fn node_box(&self, node: usize) -> Aabb {
+        let node = &self.nodes[node];
+        (0..WIDTH)
+            .map(|c| node.child_box(c))
+            .fold(Aabb::EMPTY, |a, b| a.union(&b))
+    }
+
+    /// The box of everything.
+    pub fn bounds(&self) -> Aabb {
+        self.node_box(0)
+    }
+
+    /// The boxes of the root's children: a closer fit than [`WideBvh::bounds`].
+    pub fn root_boxes(&self) -> impl Iterator<Item = Aabb> + '_ {
+        (0..WIDTH)
+            .map(|c| self.nodes[0].child_box(c))
+            .filter(|b| !b.is_empty())
+    }
+
+    /// Sum of the surface areas of all boxes over that of the whole: the boxes that a random ray
+    /// through the whole is expected to pass. 0 for a hierarchy without area.
+    pub fn cost(&self) -> f64 {
+        let all = self
+            .nodes
+            .iter()
+            .flat_map(|n| (0..WIDTH).map(|c| f64::from(n.child_box(c).half_area())));
+        let whole = f64::from(self.bounds().half_area());
+        if whole > 0.0 {
+            all.sum::<f64>() / whole
+        } else {
+            0.0
+        }
+    }
+
+    /// Visits every leaf whose box the ray passes within `0..=t_max`, until `leaf` returns true.
+    /// Returns whether it did.
+    #[inline(always)]
+    pub fn any(&self, ray: &SlabRay, t_max: f32, mut leaf: impl FnMut(u32) -> bool) -> bool {
+        let mut near = [0.0; WIDTH];
+        // Nodes with children left to visit, one per level at most.
+        let mut stack = [(0u32, 0u32); MAX_DEPTH];
+        let mut depth = 0;
+        let mut node = &self.nodes[0];
+        let mut index = 0;
+        let mut mask = ray.intersect8(&node.planes, t_max, &mut near);
+        loop {
+            if mask == 0 {
+                if depth == 0 {
+                    return false;
+                }
+                depth -= 1;
+                (index, mask) = stack[depth];
+                node = &self.nodes[index as usize];
+            }
+            let child = node.children[mask.trailing_zeros() as usize % WIDTH];
+            mask &= mask - 1;
+            if child & LEAF != 0 {
+                if leaf(child & !LEAF) {
+                    return true;
+                }
+            } else {
+                if mask != 0 {
+                    stack[depth] = (index, mask);
+                    depth += 1;
+                }
+                index = child;
+                node = &self.nodes[index as usize];
+                mask = ray.intersect8(&node.planes, t_max, &mut near);
+            }
+        }
+    }
+
+    /// Visits leaves from near to far. `leaf` lowers `t_max` to what it found; boxes that begin
+    /// beyond are skipped. A box that begins exactly there is visited, so that ties can be told.
+    #[inline(always)]
+    pub fn nearest(&self, ray: &SlabRay, t_max: &mut f32, mut leaf: impl FnMut(u32, &mut f32)) {
+        let mut near = [0.0; WIDTH];
+        let mut stack = [(0.0f32, 0u32); WIDTH * MAX_DEPTH];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (entered, child) = stack[depth];
+            if entered > *t_max {
+                continue;
+            }
+            if child & LEAF != 0 {
+                leaf(child & !LEAF, t_max);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let mut mask = ray.intersect8(&node.planes, *t_max, &mut near);
+            let first = depth;
+            while mask != 0 {
+                let i = mask.trailing_zeros() as usize % WIDTH;
+                mask &= mask - 1;
+                // Insertion keeps the nearest on top.
+                let entry = (near[i], node.children[i]);
+                let mut at = depth;
+                while at > first && stack[at - 1].0 < entry.0 {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
+                }
+                stack[at] = entry;
+                depth += 1;
+            }
+        }
+    }
+
+    /// Visits every leaf whose box comes within `distance` of `point`, until `leaf` returns true.
+    /// Returns whether it did.
+    pub fn near(&self, point: Vec3, distance: f32, mut leaf: impl FnMut(u32) -> bool) -> bool {
+        let limit = distance * distance;
+        let mut stack = [0u32; WIDTH * MAX_DEPTH];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth] as usize];
+            for slot in 0..WIDTH {
+                let child = node.children[slot];
+                if child == NONE || node.child_box(slot).distance_squared(point) > limit {
+                    continue;
+                }
+                if child & LEAF == 0 {
+                    stack[depth] = child;
+                    depth += 1;
+                } else if leaf(child & !LEAF) {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
