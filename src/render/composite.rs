@@ -6,8 +6,7 @@ use super::shade::Shade;
 use glam::Vec3;
 
 /// Multiplies one AO value a pixel onto reflected light and leaves emission and sky alone
-/// (PSAO §4.1: composited over a 4x supersampled picture). Values above white are clamped: exposure
-/// 1 and no tone curve, so that an AO error stays proportional in the picture. `None` composites
+/// (PSAO §4.1: composited over a 4x supersampled picture), then encodes sRGB. `None` composites
 /// AO = 1.
 pub fn composite(width: u32, height: u32, shades: &[Shade], ao: Option<&[f32]>) -> Picture {
     let at = |i: usize| ao.and_then(|ao| ao.get(i)).copied().unwrap_or(1.0);

@@ -132,9 +132,10 @@ pub fn fragment(
     seen: Seen,
 ) -> Fragment {
     let (instance, triangle) = (seen.instance as usize, seen.triangle as usize);
-    let (Some(placed), Some(world_from_mesh)) =
-        (scene.instances.get(instance), pose.world_from_mesh.get(instance))
-    else {
+    let (Some(placed), Some(world_from_mesh)) = (
+        scene.instances.get(instance),
+        pose.world_from_mesh.get(instance),
+    ) else {
         return Fragment::SKY;
     };
     let mesh = &scene.meshes[placed.mesh];
@@ -269,5 +270,9 @@ fn is_drawn(
     let corners = corners(mesh, pose, instance as usize, triangle as usize);
     let [a, b, c] = corners.map(|p| m.transform_point3(p));
     let facing = (b - a).cross(c - a).dot(direction);
-    if m.matrix3.determinant() < 0.0 { facing > 0.0 } else { facing < 0.0 }
+    if m.matrix3.determinant() < 0.0 {
+        facing > 0.0
+    } else {
+        facing < 0.0
+    }
 }

@@ -89,7 +89,10 @@ mod tests {
     #[test]
     fn srgb_round_trips_and_a_png_reads_back() {
         for i in 0..=255 {
-            assert_eq!(srgb8_from_linear(crate::scene::texture::srgb_to_linear(i)), i);
+            assert_eq!(
+                srgb8_from_linear(crate::scene::texture::srgb_to_linear(i)),
+                i
+            );
         }
         let rgb = (0..15u8).map(|i| [i, 255 - i, i * 7]).collect();
         let picture = Picture {

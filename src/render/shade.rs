@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 
 /// Radiosity of the sky above and the ground below a surface.
-const SKY: Vec3 = Vec3::new(0.50, 0.56, 0.66);
-const GROUND: Vec3 = Vec3::new(0.34, 0.32, 0.29);
+const SKY: Vec3 = Vec3::new(0.42, 0.47, 0.55);
+const GROUND: Vec3 = Vec3::new(0.27, 0.25, 0.22);
 /// Background at the horizon and at the zenith.
 const HORIZON: Vec3 = Vec3::new(0.72, 0.78, 0.84);
 const ZENITH: Vec3 = Vec3::new(0.28, 0.44, 0.70);
@@ -85,11 +85,20 @@ fn irradiance(light: &LightPose, position: Vec3, normal: Vec3) -> Vec3 {
     light.intensity * (attenuation * cone * normal.dot(to_light).max(0.0))
 }
 
+/// Radiance that the tone curve shows as white.
+const WHITE: f32 = 6.0;
+
+/// Extended Reinhard curve per channel at exposure 1 (Reinhard et al. 2002, Eq. 4): lights are not
+/// shadowed, so that indoors they add up to far more than white.
+fn tone(c: Vec3) -> Vec3 {
+    (c * (Vec3::ONE + c / (WHITE * WHITE)) / (Vec3::ONE + c)).min(Vec3::ONE)
+}
+
 /// Shades a visibility buffer of [`SUBPIXELS`] times the picture's size per axis and averages the
 /// sub-pixels in linear light.
 ///
-/// Sub-pixels see sRGB-limited values each: a highlight that is brighter than white is clamped
-/// before the average, not after, so that its edges stay smooth.
+/// The tone curve is applied to each sub-pixel, before the average and before AO, so that bright
+/// edges stay smooth and an AO error stays proportional in the picture. The sky passes as it is.
 pub fn supersampled(scene: &Scene, pose: &Pose, fine_view: &View, fine: &Visibility) -> Vec<Shade> {
     let lights = lights(pose);
     let width = (fine.width / SUBPIXELS) as usize;
@@ -105,11 +114,14 @@ pub fn supersampled(scene: &Scene, pose: &Pose, fine_view: &View, fine: &Visibil
                     let py = y as u32 * SUBPIXELS + sub / SUBPIXELS;
                     let seen = fine.seen[(py * fine.width + px) as usize];
                     let direction = fine_view.direction(px, py);
-                    let fragment =
-                    fragment(scene, pose, Lookup::Rest, fine_view, direction, seen);
+                    let fragment = fragment(scene, pose, Lookup::Rest, fine_view, direction, seen);
                     let shade = shade(&fragment, direction, &lights);
-                    sum.lit += shade.lit.min(Vec3::ONE);
-                    sum.emitted += shade.emitted.min(Vec3::ONE);
+                    sum.lit += tone(shade.lit);
+                    sum.emitted += if seen.instance == NONE {
+                        shade.emitted
+                    } else {
+                        tone(shade.emitted)
+                    };
                 }
                 let samples = (SUBPIXELS * SUBPIXELS) as f32;
                 *out = Shade {

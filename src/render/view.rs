@@ -13,12 +13,17 @@ pub struct View {
 
 impl View {
     pub fn new(camera: &CameraPose, width: u32, height: u32) -> Self {
-        Self { camera: *camera, width, height }
+        Self {
+            camera: *camera,
+            width,
+            height,
+        }
     }
 
     /// Unit direction from the eye through the centre of pixel (x, y).
     pub fn direction(&self, x: u32, y: u32) -> Vec3 {
-        self.camera.ray(x as f32 + 0.5, y as f32 + 0.5, self.width, self.height)
+        self.camera
+            .ray(x as f32 + 0.5, y as f32 + 0.5, self.width, self.height)
     }
 
     /// Unit, where the camera looks.
