@@ -1,76 +1,30 @@
 //! Spatial chunks of points, so that a tick touches only what movers can reach and never walks over
 //! all points.
 
-use glam::{Affine3A, Vec3};
+use crate::trace::Aabb;
+use glam::Vec3;
 
 /// Points in a chunk: enough to make the tree small, few enough to fit a mover's reach closely.
 const CHUNK_POINTS: usize = 64;
-
-/// An axis-aligned box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    pub min: Vec3,
-    pub max: Vec3,
-}
-
-impl Bounds {
-    pub const EMPTY: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
-
-    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
-        points.into_iter().fold(Bounds::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
-    }
-
-    pub fn union(self, other: Bounds) -> Bounds {
-        Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
-    }
-
-    /// The box about the transformed box.
-    pub fn transformed(self, by: &Affine3A) -> Bounds {
-        let (centre, half) = (self.centre(), (self.max - self.min) * 0.5);
-        let centre = by.transform_point3(centre);
-        let m = by.matrix3;
-        let half = Vec3::from(m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z);
-        Bounds { min: centre - half, max: centre + half }
-    }
-
-    pub fn centre(self) -> Vec3 {
-        (self.min + self.max) * 0.5
-    }
-
-    /// Radius of the sphere about the centre that holds the box.
-    pub fn radius(self) -> f32 {
-        (self.max - self.min).length() * 0.5
-    }
-
-    /// Distance to a point; 0 inside.
-    pub fn distance_to(self, p: Vec3) -> f32 {
-        (self.min - p).max(p - self.max).max(Vec3::ZERO).length()
-    }
-
-    /// Distance to another box; 0 where they overlap.
-    pub fn distance(self, other: Bounds) -> f32 {
-        (self.min - other.max).max(other.min - self.max).max(Vec3::ZERO).length()
-    }
-}
 
 /// The points of one placement in spatial order, cut into chunks.
 #[derive(Clone, Debug, Default)]
 pub struct Chunks {
     /// Points by chunk: a permutation of the placement's order.
     pub order: Vec<u32>,
-    pub bounds: Vec<Bounds>,
+    pub bounds: Vec<Aabb>,
 }
 
 impl Chunks {
     pub fn new(positions: &[Vec3]) -> Chunks {
-        let all = Bounds::of(positions.iter().copied());
+        let all = Aabb::of(positions.iter().copied());
         // One scale for all axes: a flat mesh must not be cut into slices.
         let scale = 1023.0 / (all.max - all.min).max_element().max(1e-6);
         let mut order: Vec<u32> = (0..positions.len() as u32).collect();
         order.sort_by_cached_key(|&i| morton((positions[i as usize] - all.min) * scale));
         let bounds = order
             .chunks(CHUNK_POINTS)
-            .map(|c| Bounds::of(c.iter().map(|&i| positions[i as usize])))
+            .map(|c| Aabb::of(c.iter().map(|&i| positions[i as usize])))
             .collect();
         Chunks { order, bounds }
     }
@@ -97,39 +51,38 @@ fn morton(p: Vec3) -> u32 {
 /// A bounding volume hierarchy over boxes that never move, laid out implicitly: node `i` has
 /// children `2i + 1` and `2i + 2`, leaves are the items in Morton order.
 #[derive(Clone, Debug, Default)]
-pub struct BoundsTree {
+pub struct AabbTree {
     items: Vec<u32>,
-    nodes: Vec<Bounds>,
+    nodes: Vec<Aabb>,
     leaves: usize,
 }
 
-impl BoundsTree {
-    pub fn new(boxes: &[Bounds]) -> BoundsTree {
-        let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(*b));
+impl AabbTree {
+    pub fn new(boxes: &[Aabb]) -> AabbTree {
+        let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
         let scale = 1023.0 / (all.max - all.min).max_element().max(1e-6);
         let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
         items.sort_by_cached_key(|&i| morton((boxes[i as usize].centre() - all.min) * scale));
         let leaves = boxes.len().next_power_of_two();
-        let mut nodes = vec![Bounds::EMPTY; 2 * leaves - 1];
+        let mut nodes = vec![Aabb::EMPTY; 2 * leaves - 1];
         for (slot, &i) in items.iter().enumerate() {
             nodes[leaves - 1 + slot] = boxes[i as usize];
         }
         for i in (0..leaves - 1).rev() {
-            nodes[i] = nodes[2 * i + 1].union(nodes[2 * i + 2]);
+            nodes[i] = nodes[2 * i + 1].union(&nodes[2 * i + 2]);
         }
-        BoundsTree { items, nodes, leaves }
+        AabbTree { items, nodes, leaves }
     }
 
     /// Calls `found` with every item whose box comes within `distance` of `bounds`.
-    pub fn near(&self, bounds: Bounds, distance: f32, mut found: impl FnMut(u32)) {
+    pub fn near(&self, bounds: &Aabb, distance: f32, mut found: impl FnMut(u32)) {
         if self.items.is_empty() {
             return;
         }
         let mut stack = vec![0usize];
         while let Some(i) = stack.pop() {
             // An empty node is infinitely far away.
-            let apart = self.nodes[i].distance(bounds);
-            if !(apart <= distance) {
+            if self.nodes[i].gap_squared(bounds) > distance * distance {
                 continue;
             }
             if i >= self.leaves - 1 {
@@ -151,18 +104,18 @@ mod tests {
     fn the_tree_finds_what_a_loop_finds() {
         let mut rng = Rng::new(3);
         let mut point = || Vec3::new(rng.unit(), rng.unit(), rng.unit()) * 10.0;
-        let boxes: Vec<Bounds> = (0..777).map(|_| { let p = point(); Bounds { min: p, max: p + point() * 0.05 } }).collect();
-        let tree = BoundsTree::new(&boxes);
+        let boxes: Vec<Aabb> = (0..777).map(|_| { let p = point(); Aabb { min: p, max: p + point() * 0.05 } }).collect();
+        let tree = AabbTree::new(&boxes);
         for _ in 0..200 {
             let p = point();
-            let query = Bounds { min: p, max: p + point() * 0.1 };
+            let query = Aabb { min: p, max: p + point() * 0.1 };
             let mut found = Vec::new();
-            tree.near(query, 0.6, |i| found.push(i));
+            tree.near(&query, 0.6, |i| found.push(i));
             found.sort_unstable();
-            let brute: Vec<u32> = (0..777).filter(|&i| boxes[i as usize].distance(query) <= 0.6).collect();
+            let brute: Vec<u32> = (0..777).filter(|&i| boxes[i as usize].gap_squared(&query) <= 0.6 * 0.6).collect();
             assert_eq!(found, brute);
         }
-        BoundsTree::new(&[]).near(boxes[0], 1.0, |_| panic!("an empty tree has nothing"));
+        AabbTree::new(&[]).near(&boxes[0], 1.0, |_| panic!("an empty tree has nothing"));
     }
 
     #[test]
@@ -174,7 +127,7 @@ mod tests {
         for c in 0..chunks.bounds.len() as u32 {
             for &p in chunks.points(c) {
                 assert!(!std::mem::replace(&mut seen[p as usize], true));
-                assert!(chunks.bounds[c as usize].distance_to(positions[p as usize]) == 0.0);
+                assert!(chunks.bounds[c as usize].distance_squared(positions[p as usize]) == 0.0);
             }
         }
         assert!(seen.iter().all(|s| *s));

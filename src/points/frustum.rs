@@ -1,7 +1,7 @@
 //! Coarse visibility (PSAO §3.3): points outside an extended field of view are skipped.
 
-use super::chunks::Bounds;
 use crate::scene::CameraPose;
+use crate::trace::Aabb;
 use glam::Vec3;
 
 /// A view pyramid without near and far planes.
@@ -37,7 +37,7 @@ impl Frustum {
     }
 
     /// False only for boxes that lie wholly outside one side.
-    pub fn touches(&self, bounds: Bounds) -> bool {
+    pub fn touches(&self, bounds: &Aabb) -> bool {
         let (centre, half) = (bounds.centre() - self.eye, (bounds.max - bounds.min) * 0.5);
         self.sides.iter().all(|n| n.dot(centre) + n.abs().dot(half) >= 0.0)
     }
@@ -65,8 +65,8 @@ mod tests {
         {
             assert_eq!(exact.contains(at(degrees)), in_exact, "{degrees}");
             assert_eq!(wide.contains(at(-degrees)), in_wide, "{degrees}");
-            let b = Bounds { min: at(degrees) - 0.001, max: at(degrees) + 0.001 };
-            assert_eq!(wide.touches(b), in_wide, "{degrees}");
+            let b = Aabb { min: at(degrees) - 0.001, max: at(degrees) + 0.001 };
+            assert_eq!(wide.touches(&b), in_wide, "{degrees}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The server (PSAO §3.1-3.3): keeps the ambient occlusion of every point that the client may look
 //! at up to date, and touches nothing else.
 
-use super::chunks::{Bounds, BoundsTree, Chunks};
+use super::chunks::{AabbTree, Chunks};
 use super::frustum::Frustum;
 use super::grid::{self, Extent};
 use super::place::{Density, Placement, place};
@@ -10,7 +10,7 @@ use super::sample::GridTransform;
 use super::store::{Overflow, Store};
 use crate::codec::points::PointWidths;
 use crate::scene::{CameraPose, Pose, Scene};
-use crate::trace::Tracer;
+use crate::trace::{Aabb, Tracer};
 use crate::{Error, Result};
 use glam::{Affine3A, Mat3, Vec3};
 use rayon::prelude::*;
@@ -123,8 +123,8 @@ impl Track {
     }
 
     /// Bounds of the points in the rest pose, in mesh space.
-    pub fn mesh_bounds(&self) -> Bounds {
-        self.template.chunks.bounds.iter().fold(Bounds::EMPTY, |a, b| a.union(*b))
+    pub fn mesh_bounds(&self) -> Aabb {
+        self.template.chunks.bounds.iter().fold(Aabb::EMPTY, |a, b| a.union(b))
     }
 
     pub fn mesh_from_grid(&self) -> Affine3A {
@@ -187,7 +187,7 @@ pub struct Server<'s> {
     track_of: Vec<Option<usize>>,
     /// Chunks of instances that never move, as (track, chunk), and their tree in world space.
     still_chunks: Arc<Vec<(u32, u32)>>,
-    still_tree: Arc<BoundsTree>,
+    still_tree: Arc<AabbTree>,
     /// Where the round-robin goes on.
     cursor: (usize, u32),
 }
@@ -246,7 +246,7 @@ impl<'s> Server<'s> {
             tracks,
             track_of,
             still_chunks: Arc::new(still_chunks),
-            still_tree: Arc::new(BoundsTree::new(&still_bounds)),
+            still_tree: Arc::new(AabbTree::new(&still_bounds)),
             cursor: (0, 0),
         })
     }
@@ -359,19 +359,19 @@ impl<'s> Server<'s> {
     /// Marks as stale what the movers can reach in the tracer's present pose, which is `pose`.
     fn mark_reached(&mut self, movers: &[usize], pose: &Pose) {
         let (tracer, reach) = (&self.tracer, self.options.distance);
-        let bounds: Vec<Bounds> =
+        let bounds: Vec<Aabb> =
             (0..if movers.is_empty() { 0 } else { self.scene.instances.len() }).map(|i| tracer.bounds(i)).collect();
         for &mover in movers {
             let near = bounds[mover];
             let still = &self.still_chunks;
             let tracks = &mut self.tracks;
-            self.still_tree.near(near, reach, |item| {
+            self.still_tree.near(&near, reach, |item| {
                 let (t, chunk) = still[item as usize];
                 let track = &mut tracks[t as usize];
                 let world = pose.world_from_mesh[track.instance];
                 let sphere = track.template.chunks.bounds[chunk as usize].transformed(&world);
                 if tracer.within(mover, sphere.centre(), sphere.radius() + reach) {
-                    track.mark_chunk(chunk, |p| near.distance_to(world.transform_point3(p)) <= reach);
+                    track.mark_chunk(chunk, |p| near.distance_squared(world.transform_point3(p)) <= reach * reach);
                 }
             });
         }
@@ -389,7 +389,7 @@ impl<'s> Server<'s> {
             }
             let world = pose.world_from_mesh[own];
             let others = (0..bounds.len()).filter(|&i| {
-                i != own && (is_mover[own] || is_mover[i]) && bounds[i].distance(bounds[own]) <= reach
+                i != own && (is_mover[own] || is_mover[i]) && bounds[i].gap_squared(&bounds[own]) <= reach * reach
             });
             for other in others {
                 if track.deforms {
@@ -400,10 +400,10 @@ impl<'s> Server<'s> {
                 let near = bounds[other];
                 for chunk in 0..track.template.chunks.bounds.len() as u32 {
                     let sphere = track.template.chunks.bounds[chunk as usize].transformed(&world);
-                    if sphere.distance(near) <= reach
+                    if sphere.gap_squared(&near) <= reach * reach
                         && tracer.within(other, sphere.centre(), sphere.radius() + reach)
                     {
-                        track.mark_chunk(chunk, |p| near.distance_to(world.transform_point3(p)) <= reach);
+                        track.mark_chunk(chunk, |p| near.distance_squared(world.transform_point3(p)) <= reach * reach);
                     }
                 }
             }
@@ -429,7 +429,7 @@ impl<'s> Server<'s> {
             for &chunk in &track.stale_chunks {
                 let bounds = track.template.chunks.bounds[chunk as usize].transformed(&world);
                 // Chunks are bounded in the rest pose; deformed ones are tested point by point.
-                let chunk_seen = deformed.is_some() || frustum.is_none_or(|f| f.touches(bounds));
+                let chunk_seen = deformed.is_some() || frustum.is_none_or(|f| f.touches(&bounds));
                 for &p in track.template.chunks.points(chunk) {
                     if !track.stale[p as usize] {
                         continue;
@@ -600,11 +600,11 @@ fn track(
         // Vertices as stored: what a client has at hand without posing the mesh.
         vec![sites.iter().map(|s| scale * s.on(&mesh.triangles, &mesh.positions)).collect()]
     };
-    let mut bounds = Bounds::of(shapes.iter().flatten().copied());
+    let mut bounds = Aabb::of(shapes.iter().flatten().copied());
     if posed {
         // Between the sampled poses vertices may reach a little farther.
         let slack = (bounds.max - bounds.min) * 0.1;
-        bounds = Bounds { min: bounds.min - slack, max: bounds.max + slack };
+        bounds = Aabb { min: bounds.min - slack, max: bounds.max + slack };
     }
     let extent = Extent { min: bounds.min, max: bounds.max };
     let mut grid = grid::lay(extent, scale, options.density.radius(), options.widths)

@@ -16,6 +16,30 @@ impl Aabb {
         max: Vec3::NEG_INFINITY,
     };
 
+    /// The box of some points.
+    pub fn of(points: impl IntoIterator<Item = Vec3>) -> Aabb {
+        points
+            .into_iter()
+            .fold(Aabb::EMPTY, |b, p| b.union(&Aabb { min: p, max: p }))
+    }
+
+    pub fn centre(&self) -> Vec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// Radius of the sphere about the centre that holds the box.
+    pub fn radius(&self) -> f32 {
+        0.5 * (self.max - self.min).length()
+    }
+
+    /// Squared distance to another box: 0 where they overlap, infinite if one is empty.
+    pub fn gap_squared(&self, other: &Aabb) -> f32 {
+        (self.min - other.max)
+            .max(other.min - self.max)
+            .max(Vec3::ZERO)
+            .length_squared()
+    }
+
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
