@@ -4,7 +4,20 @@
 //! A [`Scene`] never changes after it was loaded. [`Scene::pose`] evaluates animation, skinning and
 //! morphing at a time into a [`Pose`], which is all that tracing and rendering look at.
 
+mod animation;
+pub mod camera;
+#[cfg(test)]
+mod corpus_tests;
+mod derived;
+mod gltf;
+mod normals;
+mod pose;
+pub mod surface;
+pub mod texture;
+
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
+
+pub use surface::Surface;
 
 /// Everything that is loaded once.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +37,12 @@ pub struct Scene {
     pub channels: Vec<Channel>,
     /// Length of the animation in seconds; 0 when nothing moves. Playback loops.
     pub duration: f32,
+    /// Degenerate triangles that were dropped, over all meshes (each mesh counted once).
+    pub dropped_triangles: usize,
+    /// What the file asked for and this crate does not honour, one sentence each.
+    pub warnings: Vec<String>,
+    /// Made from the above on first use; [`Scene::default`] gives an empty one.
+    pub cache: derived::Cache,
 }
 
 /// A triangle mesh in its own space, in the rest pose.
@@ -48,6 +67,8 @@ pub struct Mesh {
     pub morph_targets: Vec<MorphTarget>,
     /// Morph weights in rest, one per target.
     pub morph_weights: Vec<f32>,
+    /// Degenerate triangles that were dropped when the mesh was made.
+    pub dropped_triangles: usize,
 }
 
 /// Displacements of one morph target.
@@ -136,7 +157,7 @@ pub struct Node {
 }
 
 /// One drawn mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Instance {
     /// glTF node path, with `#k` appended for GPU instances; unique within the scene.
     pub name: String,
@@ -148,6 +169,9 @@ pub struct Instance {
     /// Applied below the node (`EXT_mesh_gpu_instancing`), else identity.
     pub offset: Affine3A,
     pub skin: Option<usize>,
+    /// The node whose morph weights apply: the one that holds the mesh in the file. It differs from
+    /// `node` for skinned instances; `None` stands for `node`.
+    pub morph_node: Option<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -264,19 +288,21 @@ pub struct LightPose {
 
 impl Scene {
     /// Loads a glTF 2.0 file (`.glb` or `.gltf`).
-    pub fn load(_path: &std::path::Path) -> crate::Result<Scene> {
-        todo!()
+    ///
+    /// All animations of the file are taken and play together. What cannot be used gives
+    /// [`crate::Error::Scene`]; what can be used but not honoured is listed in
+    /// [`Scene::warnings`].
+    pub fn load(path: &std::path::Path) -> crate::Result<Scene> {
+        gltf::load(path)
     }
-    /// The built-in scene.
-    pub fn hall() -> Scene {
-        todo!()
-    }
-    /// Evaluates everything that moves at `time` seconds.
-    pub fn pose(&self, _time: f64) -> Pose {
-        todo!()
-    }
-    /// The scene at rest: no animation applied, skins in their bind pose.
-    pub fn rest_pose(&self) -> Pose {
-        todo!()
+
+    /// Loads glTF 2.0 from memory, binary or JSON. `folder` is where external buffers and images
+    /// are looked up; without it they are an error.
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        folder: Option<&std::path::Path>,
+    ) -> crate::Result<Scene> {
+        gltf::from_bytes(name, bytes, folder)
     }
 }

@@ -1,0 +1,135 @@
+//! Animation channels. All animations of a file are taken; where two drive the same property, the
+//! later one wins.
+
+use super::nodes::{Order, unit};
+use super::{Document, Read, get};
+use crate::scene::{Channel, ChannelValues, Interpolation, Scene};
+use ::gltf::json;
+use json::animation::Property;
+use json::validation::Checked;
+
+/// Fills `scene.channels` and `scene.duration`.
+pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) -> Read<()> {
+    for (a, animation) in document.root.animations.iter().enumerate() {
+        for (c, channel) in animation.channels.iter().enumerate() {
+            let what = format!("channel {c} of animation {a}");
+            if let Some(channel) = read_channel(document, order, scene, animation, channel, &what)?
+            {
+                let last = channel.times.last().copied().unwrap_or(0.0);
+                scene.duration = scene.duration.max(last);
+                scene.channels.push(channel);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// `None` for a channel that has no effect.
+fn read_channel(
+    document: &Document,
+    order: &Order,
+    scene: &mut Scene,
+    animation: &json::Animation,
+    channel: &json::animation::Channel,
+    what: &str,
+) -> Read<Option<Channel>> {
+    let root = &document.root;
+    let sampler = get(&animation.samplers, channel.sampler, "animation sampler")?;
+    let target = get(&root.nodes, channel.target.node, "animated node")?;
+    let node = order.of_source[channel.target.node.value()];
+    let interpolation = match &sampler.interpolation {
+        Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,
+        Checked::Valid(json::animation::Interpolation::Linear) => Interpolation::Linear,
+        Checked::Valid(json::animation::Interpolation::CubicSpline) => Interpolation::Cubic,
+        Checked::Invalid => return Err(format!("{what} has an unknown interpolation")),
+    };
+    let Checked::Valid(property) = &channel.target.path else {
+        let text = format!("{what} moves a property that is not known and was left out");
+        scene.warnings.push(text);
+        return Ok(None);
+    };
+    let is_weights = *property == Property::MorphTargetWeights;
+    if scene.nodes[node].matrix.is_some() && !is_weights {
+        return Err(format!(
+            "{what} moves a node whose matrix is no translation, rotation and scale"
+        ));
+    }
+    let count = document.count(sampler.input, what)?;
+    document.spend(count, what)?;
+    let times: Vec<f32> = document
+        .floats::<1>(sampler.input, &format!("the times of {what}"))?
+        .into_iter()
+        .map(|[t]| t)
+        .collect();
+    if times.is_empty() {
+        return Ok(None);
+    }
+    if times.windows(2).any(|t| t[1] < t[0]) || times[0] < 0.0 {
+        return Err(format!("the times of {what} are negative or not in order"));
+    }
+    let values_per_key = match interpolation {
+        Interpolation::Cubic => 3,
+        _ => 1,
+    };
+    let place = format!("the values of {what}");
+    let expect = |have: usize, each: usize| {
+        let want = times
+            .len()
+            .saturating_mul(values_per_key)
+            .saturating_mul(each);
+        if have == want {
+            Ok(())
+        } else {
+            Err(format!("{place} are {have} where {want} are needed"))
+        }
+    };
+    let values = match property {
+        Property::Translation | Property::Scale => {
+            let values = document.floats::<3>(sampler.output, &place)?;
+            expect(values.len(), 1)?;
+            let values = values.into_iter().map(Into::into).collect();
+            match property {
+                Property::Translation => ChannelValues::Translation(values),
+                _ => ChannelValues::Scale(values),
+            }
+        }
+        Property::Rotation => {
+            let values = document.floats::<4>(sampler.output, &place)?;
+            expect(values.len(), 1)?;
+            let quat = |q| match interpolation {
+                // In a spline the tangents are no rotations, and the sum is normalised later.
+                Interpolation::Cubic => glam::Quat::from_array(q),
+                _ => unit(q),
+            };
+            ChannelValues::Rotation(values.into_iter().map(quat).collect())
+        }
+        Property::MorphTargetWeights => {
+            let targets = match target.mesh {
+                Some(mesh) => get(&root.meshes, mesh, "mesh")?
+                    .primitives
+                    .first()
+                    .and_then(|p| p.targets.as_ref())
+                    .map_or(0, Vec::len),
+                None => 0,
+            };
+            if targets == 0 {
+                let text = format!("{what} drives morph targets that are not there");
+                scene.warnings.push(text);
+                return Ok(None);
+            }
+            let values = document.floats::<1>(sampler.output, &place)?;
+            expect(values.len(), targets)?;
+            document.spend(values.len(), what)?;
+            ChannelValues::MorphWeights {
+                targets,
+                values: values.into_iter().map(|[v]| v).collect(),
+            }
+        }
+    };
+    Ok(Some(Channel {
+        node,
+        interpolation,
+        times,
+        values,
+    }))
+}

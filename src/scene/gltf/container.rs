@@ -1,0 +1,68 @@
+//! The binary container (glTF 2.0, section 4.4).
+
+use super::Read;
+
+const MAGIC: &[u8] = b"glTF";
+const CHUNK_JSON: &[u8] = b"JSON";
+const CHUNK_BIN: &[u8] = b"BIN\0";
+
+/// Splits a file into its JSON text and its binary chunk. A file without the binary magic is taken
+/// for JSON.
+pub(super) fn split(bytes: &[u8]) -> Read<(&[u8], Option<&[u8]>)> {
+    if bytes.is_empty() {
+        return Err("the file is empty".to_owned());
+    }
+    if !bytes.starts_with(MAGIC) {
+        return match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
+            Some(b'{') => Ok((bytes, None)),
+            _ => Err("it is neither a binary nor a JSON glTF file".to_owned()),
+        };
+    }
+    let version = word(bytes, 4)?;
+    if version != 2 {
+        return Err(format!(
+            "it is a binary glTF container of version {version}; only version 2 is read"
+        ));
+    }
+    let length = word(bytes, 8)? as usize;
+    if length > bytes.len() {
+        return Err(format!(
+            "it is cut short: {length} bytes are announced, {} are there",
+            bytes.len()
+        ));
+    }
+    let mut rest = bytes.get(12..length).unwrap_or_default();
+    let json = chunk(&mut rest)?;
+    let Some((CHUNK_JSON, json)) = json else {
+        return Err("its first chunk is not JSON".to_owned());
+    };
+    match chunk(&mut rest)? {
+        Some((CHUNK_BIN, data)) => Ok((json, Some(data))),
+        // Chunks of other kinds are to be ignored.
+        _ => Ok((json, None)),
+    }
+}
+
+/// Takes one chunk off: its type and content.
+fn chunk<'a>(rest: &mut &'a [u8]) -> Read<Option<(&'a [u8], &'a [u8])>> {
+    if rest.is_empty() {
+        return Ok(None);
+    }
+    let length = word(rest, 0)? as usize;
+    let end = length.saturating_add(8);
+    let (Some(kind), Some(data)) = (rest.get(4..8), rest.get(8..end)) else {
+        return Err(format!(
+            "it is cut short: a chunk of {length} bytes has {} left",
+            rest.len().saturating_sub(8)
+        ));
+    };
+    *rest = &rest[end..];
+    Ok(Some((kind, data)))
+}
+
+fn word(bytes: &[u8], at: usize) -> Read<u32> {
+    match bytes.get(at..).and_then(|b| b.first_chunk()) {
+        Some(b) => Ok(u32::from_le_bytes(*b)),
+        None => Err("it is cut short in a header".to_owned()),
+    }
+}
