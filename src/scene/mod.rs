@@ -10,6 +10,7 @@ pub mod camera;
 mod corpus_tests;
 mod derived;
 mod gltf;
+mod hall;
 mod normals;
 mod pose;
 pub mod surface;
