@@ -12,11 +12,11 @@
 //! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
 //! - [`offset`] and [`sampler`] say where rays start and where they go.
 //!
-//! Triangles of MASK materials let rays through where the texture has a hole ([`alpha`]); those of
+//! Triangles of MASK materials let rays through where the texture has a hole
+//! ([`Scene::alpha_is_hole`]); those of
 //! BLEND materials stop nothing. Triangles have two sides.
 
 mod aabb;
-mod alpha;
 mod blas;
 mod build;
 mod occlusion;
@@ -336,7 +336,9 @@ impl<'s> Tracer<'s> {
     #[cold]
     fn is_opaque(&self, instance: u32, hit: &TriangleHit) -> bool {
         let mesh = self.scene.instances[instance as usize].mesh;
-        !alpha::is_hole(self.scene, mesh, hit.triangle, hit.u, hit.v)
+        !self
+            .scene
+            .alpha_is_hole(mesh, hit.triangle as usize, hit.u, hit.v)
     }
 
     /// The instance's box in world space, a rounding error larger than it need be; empty for an

@@ -131,9 +131,7 @@ fn scene(meshes: Vec<Mesh>, placed: &[(usize, Affine3A)]) -> (Scene, Pose) {
         .map(|(i, &(mesh, _))| Instance {
             name: format!("{i}"),
             mesh,
-            node: None,
-            offset: Affine3A::IDENTITY,
-            skin: None,
+            ..Instance::default()
         })
         .collect();
     let scene = Scene {
