@@ -117,7 +117,7 @@ impl GridTransform {
     }
 }
 
-/// A point out of its 32-bit word: position relative to the cell's corner, unit normal, AO.
+/// A point out of its word: position relative to the cell's corner in metres, unit normal, AO.
 #[derive(Clone, Copy, Debug)]
 struct Unpacked {
     position: Vec3,
@@ -125,67 +125,19 @@ struct Unpacked {
     ao: f32,
 }
 
-/// Shifts and scales of a track's points.
-#[derive(Clone, Copy)]
-struct Widths {
-    position: u32,
-    normal: u32,
-    ao: u32,
-    edge: f32,
-}
-
-impl Widths {
-    fn new(grid: &Grid) -> Self {
-        Self {
-            position: u32::from(grid.widths.position),
-            normal: u32::from(grid.widths.normal),
-            ao: u32::from(grid.widths.ao),
-            edge: grid.cell_edge,
-        }
+fn unpack(grid: &Grid, word: u32) -> Unpacked {
+    Unpacked {
+        position: Vec3::from(grid.widths.unpack_position(word)) * grid.cell_edge,
+        normal: grid.widths.unpack_normal(word).into(),
+        ao: grid.widths.unpack_ao(word),
     }
-
-    fn present(&self, word: u32) -> bool {
-        let shift = 3 * self.position + 2 * self.normal + self.ao;
-        word.checked_shr(shift).unwrap_or(0) & 1 == 1
-    }
-
-    fn unpack(&self, word: u32) -> Unpacked {
-        let field = |shift: u32, bits: u32| ((word >> shift) & max_of(bits)) as f32;
-        let ao = field(0, self.ao) / max_of(self.ao) as f32;
-        let n_max = max_of(self.normal) as f32;
-        let u = field(self.ao, self.normal) / n_max * 2.0 - 1.0;
-        let v = field(self.ao + self.normal, self.normal) / n_max * 2.0 - 1.0;
-        let base = self.ao + 2 * self.normal;
-        let q = Vec3::new(
-            field(base, self.position),
-            field(base + self.position, self.position),
-            field(base + 2 * self.position, self.position),
-        );
-        Unpacked {
-            position: (q + 0.5) / (1u32 << self.position) as f32 * self.edge,
-            normal: octahedral(u, v),
-            ao,
-        }
-    }
-}
-
-fn max_of(bits: u32) -> u32 {
-    (1 << bits) - 1
-}
-
-fn octahedral(u: f32, v: f32) -> Vec3 {
-    let mut n = Vec3::new(u, v, 1.0 - u.abs() - v.abs());
-    let fold = (-n.z).max(0.0);
-    n.x += if n.x >= 0.0 { -fold } else { fold };
-    n.y += if n.y >= 0.0 { -fold } else { fold };
-    n.normalize()
 }
 
 /// Whether a track's parameters can be sampled at all; a decoded track always passes.
 pub(crate) fn usable(grid: &Grid) -> bool {
     let w = grid.widths;
-    let bits = 3 * u32::from(w.position) + 2 * u32::from(w.normal) + u32::from(w.ao) + 1;
-    grid.bucket_count > 0 && bits <= 32 && w.normal > 0 && w.ao > 0
+    let wide_enough = w.position >= 1 && w.normal >= 2 && w.ao >= 1;
+    grid.bucket_count > 0 && wide_enough && w.bits() <= 32
 }
 
 /// AO at position `x` with unit normal `n`, both in grid space (PSAO Eq. 2-4).
@@ -270,7 +222,6 @@ impl Sums {
 }
 
 fn gather(grid: &Grid, buckets: &[Bucket], cells: &[Cell], x: Vec3, n: Vec3, sums: &mut Sums) {
-    let widths = Widths::new(grid);
     let dims = IVec3::from(grid.dims.map(i32::from));
     let scaled = (x / grid.cell_edge).clamp(Vec3::splat(-2.0), Vec3::splat(65537.0));
     let base = scaled.floor();
@@ -288,10 +239,11 @@ fn gather(grid: &Grid, buckets: &[Bucket], cells: &[Cell], x: Vec3, n: Vec3, sum
             .filter(|&axis| pick[axis] == 1)
             .map(|axis| window[axis]);
         let cell_window = cell_window.product::<f32>();
-        let (key, hash) = (key(grid, at), hash(grid, at));
+        let cell = at.as_uvec3().to_array();
+        let key = grid.key(cell);
         // x relative to the cell's corner, as the points are: keeps precision far from the origin.
         let x_cell = x - at.as_vec3() * grid.cell_edge;
-        let Some(bucket) = buckets.get(hash as usize) else {
+        let Some(bucket) = buckets.get(grid.bucket(cell) as usize) else {
             continue;
         };
         for index in bucket
@@ -304,28 +256,13 @@ fn gather(grid: &Grid, buckets: &[Bucket], cells: &[Cell], x: Vec3, n: Vec3, sum
                 continue;
             };
             for word in cell.points.iter().take(CELL_POINTS) {
-                if widths.present(*word) {
-                    let point = widths.unpack(*word);
+                if grid.widths.is_used(*word) {
+                    let point = unpack(grid, *word);
                     sums.add(&point, x_cell, n, grid.radius, cell_window);
                 }
             }
         }
     }
-}
-
-/// Eq. 1 modulo 2^32, then modulo the track's bucket count.
-fn hash(grid: &Grid, at: IVec3) -> u32 {
-    let [dx, dy, _] = grid.dims.map(u32::from);
-    let at = at.as_uvec3();
-    let y = at.y.wrapping_mul(dx).wrapping_mul(17);
-    let z = at.z.wrapping_mul(dx).wrapping_mul(dy).wrapping_mul(31);
-    at.x.wrapping_add(y).wrapping_add(z) % grid.bucket_count
-}
-
-fn key(grid: &Grid, at: IVec3) -> u32 {
-    let [dx, dy, _] = grid.dims.map(u32::from);
-    let at = at.as_uvec3();
-    at.x.wrapping_add(dx.wrapping_mul(at.y.wrapping_add(dy.wrapping_mul(at.z))))
 }
 
 #[cfg(test)]

@@ -84,9 +84,8 @@ fn unpack(word: u32, t: Track) -> Point {
     let bn = (t.widths >> 8u) & 0xffu;
     let ba = (t.widths >> 16u) & 0xffu;
     let ao = f32(field(word, 0u, ba)) / f32((1u << ba) - 1u);
-    let n_max = f32((1u << bn) - 1u);
-    let u = f32(field(word, ba, bn)) / n_max * 2.0 - 1.0;
-    let v = f32(field(word, ba + bn, bn)) / n_max * 2.0 - 1.0;
+    let u = octahedral(word, ba, bn);
+    let v = octahedral(word, ba + bn, bn);
     let base = ba + 2u * bn;
     let q = vec3f(
         f32(field(word, base, bp)),
@@ -94,15 +93,23 @@ fn unpack(word: u32, t: Track) -> Point {
         f32(field(word, base + 2u * bp, bp)),
     );
     let position = (q + vec3f(0.5)) / f32(1u << bp) * t.cell_edge;
-    return Point(position, octahedral(u, v), ao);
+    return Point(position, octahedron_decode(u, v), ao);
 }
 
-fn octahedral(u: f32, v: f32) -> vec3f {
-    var n = vec3f(u, v, 1.0 - abs(u) - abs(v));
-    let fold = max(-n.z, 0.0);
-    n.x += select(fold, -fold, n.x >= 0.0);
-    n.y += select(fold, -fold, n.y >= 0.0);
-    return normalize(n);
+// One octahedral coordinate: two's complement over 2^(b-1) - 1.
+fn octahedral(word: u32, shift: u32, bits: u32) -> f32 {
+    let code = extractBits(bitcast<i32>(word), shift, bits);
+    return max(f32(code) / f32((1 << (bits - 1u)) - 1), -1.0);
+}
+
+fn octahedron_decode(u: f32, v: f32) -> vec3f {
+    let z = 1.0 - abs(u) - abs(v);
+    if z < 0.0 {
+        let x = (1.0 - abs(v)) * select(1.0, -1.0, u < 0.0);
+        let y = (1.0 - abs(u)) * select(1.0, -1.0, v < 0.0);
+        return normalize(vec3f(x, y, z));
+    }
+    return normalize(vec3f(u, v, z));
 }
 
 fn sample_points(t: Track, x: vec3f, n: vec3f, fallback: u32) -> Result {

@@ -178,3 +178,6 @@ impl<'s> Renderer<'s> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

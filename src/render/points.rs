@@ -344,9 +344,9 @@ mod tests {
         let mut pass = PointsPass::new(&gpu).unwrap();
         let (mut tracks, mut buckets, mut cells) = (Vec::new(), Vec::new(), Vec::new());
         let odd = PointWidths {
-            position: 1,
+            position: 5,
             normal: 6,
-            ao: 1,
+            ao: 4,
         };
         for (seed, widths) in WIDTHS.into_iter().chain([odd]).enumerate() {
             let state = random_state(seed as u32 + 20, widths);
