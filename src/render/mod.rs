@@ -1,2 +1,3 @@
 //! Pictures: the G-buffer (raster on wgpu, primary rays on the CPU), shading, one pass per method,
 //! composite.
+pub mod image;
