@@ -1,1 +1,16 @@
-//! Metrics, reports and charts.
+//! Metrics, charts and reports: how accurate a method is, what it costs, how steady it is.
+//!
+//! - [`metrics`]: error of a picture or of a field of ambient occlusion against its reference
+//! - [`ssim`], [`flip`]: the two perceptual metrics they use
+//! - [`stability`]: flicker over time, and the reference's own noise
+//! - [`bitrate`]: bytes to Mbit/s
+//! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
+
+pub mod bitrate;
+pub mod chart;
+pub mod flip;
+pub mod metrics;
+pub mod report;
+pub mod ssim;
+pub mod stability;
+pub mod table;
