@@ -62,9 +62,9 @@ const PALETTE: [&str; 7] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#1a1a1a",
 ];
 
-const WIDTH: f64 = 760.0;
-const HEIGHT: f64 = 460.0;
-const LEFT: f64 = 74.0;
+const WIDTH: f64 = 640.0;
+const HEIGHT: f64 = 430.0;
+const LEFT: f64 = 68.0;
 const RIGHT: f64 = 24.0;
 const BOTTOM: f64 = 62.0;
 /// Mean width of a character over the font size; an estimate for placing text.
@@ -144,6 +144,7 @@ impl Chart {
 
         let mut labels = Labels {
             taken: Vec::new(),
+            lines: Vec::new(),
             top,
         };
         for level in &levels {
