@@ -149,6 +149,7 @@ impl Chart {
         };
         for level in &levels {
             let at = y.place(level.y);
+            labels.lines.push([(LEFT, at), (WIDTH - RIGHT, at)]);
             let _ = writeln!(
                 svg,
                 "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#57606a\" \
@@ -379,10 +380,10 @@ impl Labels {
             let inside = |(x, y): (f64, f64)| {
                 (x - centre_x).abs() < width / 2.0 && (y - centre_y).abs() < height / 2.0
             };
-            // Steps of a thirtieth of a segment are a few pixels each.
-            let between = |a: f64, b: f64, i: i32| a + (b - a) * f64::from(i) / 30.0;
+            // Steps of a hundredth of a segment are shorter than any label.
+            let between = |a: f64, b: f64, i: i32| a + (b - a) * f64::from(i) / 100.0;
             let crossed = self.lines.iter().any(|[a, b]| {
-                (0..=30).any(|i| inside((between(a.0, b.0, i), between(a.1, b.1, i))))
+                (0..=100).any(|i| inside((between(a.0, b.0, i), between(a.1, b.1, i))))
             });
             !crossed
         };
