@@ -44,3 +44,23 @@ pub fn is_closed_pipe(error: &Error) -> bool {
     matches!(error, Error::Io { path, source }
         if path.as_os_str() == NAME && source.kind() == ErrorKind::BrokenPipe)
 }
+
+/// Rows of text in columns two spaces apart: the first column flush left, the others flush right.
+pub fn columns(rows: &[Vec<String>]) -> String {
+    let length = |text: &str| text.chars().count();
+    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..count)
+        .map(|c| rows.iter().filter_map(|row| row.get(c)).map(|t| length(t)).max().unwrap_or(0))
+        .collect();
+    let mut text = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (i, (value, &width)) in row.iter().zip(&widths).enumerate() {
+            let padding = " ".repeat(width - length(value));
+            line += &if i == 0 { format!("{value}{padding}") } else { format!("  {padding}{value}") };
+        }
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
