@@ -1,18 +1,111 @@
-//! Sans-I/O codec of Dapple.
+//! Bytes to light and back: the codec of Dapple, a binary format for precomputed and streamed
+//! low-frequency light. The format is specified in `spec/`.
+//!
+//! The crate has no I/O, no threads, no GPU and no scene. A [`Decoder`] is fed bytes as they come
+//! and keeps arrays that upload to a GPU as they are; an [`Encoder`] appends records to a `Vec`.
+//!
+//! ```
+//! use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+//! use dapple_codec::*;
+//!
+//! # fn main() -> Result<()> {
+//! let grid = Grid {
+//!     grid_from_mesh: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+//!     dims: [4, 4, 4],
+//!     cell_edge: 0.5,
+//!     radius: 0.25,
+//!     widths: PointWidths::BITS_32,
+//!     bucket_count: 7,
+//!     cell_capacity: 8,
+//! };
+//! let track = Track {
+//!     id: 1,
+//!     target: Target { path: "hall/floor".into(), ..Target::default() },
+//!     aabb_min: [0.0; 3],
+//!     aabb_max: [2.0; 3],
+//!     space: LookupSpace::Mesh,
+//!     model: Model::Points(grid),
+//! };
+//!
+//! // One point in grid cell (1, 2, 3).
+//! let point = grid.widths.pack([0.5, 0.5, 0.5], [0.0, 1.0, 0.0], 0.75);
+//! let cell = Cell { key: grid.key([1, 2, 3]), points: [point, 0, 0, 0, 0, 0, 0] };
+//! let bucket = Bucket([0, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY]);
+//!
+//! let mut bytes = Vec::new();
+//! let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
+//! encoder.group(&mut bytes, GroupStart::Keyframes)?;
+//! encoder.tracks(&mut bytes, &[track])?;
+//! let update = Update {
+//!     track: 1,
+//!     bucket_indices: &[grid.bucket([1, 2, 3])],
+//!     buckets: &[bucket],
+//!     cell_indices: &[0],
+//!     cells: &[cell],
+//! };
+//! encoder.points(&mut bytes, Coverage::Keyframe, &[update], Compression::Lz4)?;
+//! encoder.commit(&mut bytes, 0, None)?;
+//! encoder.end(&mut bytes)?;
+//!
+//! let mut decoder = Decoder::new(Limits::default());
+//! let mut rest = &bytes[..];
+//! loop {
+//!     let (consumed, event) = decoder.push(rest)?;
+//!     rest = &rest[consumed..];
+//!     match event {
+//!         Event::Frame(frame) => assert_eq!((frame.number, frame.cells), (0, 1)),
+//!         Event::NeedInput => break, // Feed what came since; here all is there.
+//!         Event::End => break,
+//!         _ => {}
+//!     }
+//! }
+//! decoder.finish()?;
+//! let live = &decoder.tracks()[0];
+//! assert_eq!(decoder.points().cells()[live.first_cell as usize], cell);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # How it is built, and why
+//!
+//! - **Push, plain data.** [`Decoder::push`] takes a slice and returns how much it used and one
+//!   event. Needing more input is an event, not an error. No callbacks, no generics, so that a C
+//!   interface can have the same shape. The result does not depend on how the input was cut.
+//! - **A frame appears whole.** Records are checked and kept when they come; a commit writes them.
+//!   An error on the way leaves the last committed state as it was, bit for bit.
+//!   [`Decoder::resume`] goes on at the next group, [`Decoder::reset`] at the next stream.
+//! - **Nothing is reserved on a claim alone.** [`Limits`] bounds every length before memory is
+//!   taken. In steady state nothing is allocated.
+//! - **Threads are the caller's.** Decode on a worker, copy the dirty ranges into the renderer's
+//!   buffers after [`Event::Frame`].
+//! - **Missing light is the client's policy**: hold the last value, fade, or take AO = 1.
+
 #![no_std]
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
 extern crate alloc;
 #[cfg(feature = "std")]
 extern crate std;
 
+pub mod container;
+mod decoder;
+mod encoder;
+mod error;
+mod limits;
 pub mod points;
+mod records;
+mod regions;
+mod session;
+mod track;
+mod transforms;
+mod wire;
 
-/// Placeholder.
-#[derive(Debug)]
-pub struct Error;
-impl core::fmt::Display for Error {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("error")
-    }
-}
-impl core::error::Error for Error {}
+pub use container::Compression;
+pub use decoder::{Decoder, Event};
+pub use encoder::{Encoder, EncoderConfig};
+pub use error::{Error, Kind, Layer, Limit, Result};
+pub use limits::Limits;
+pub use records::FrameInfo;
+pub use session::{GroupStart, TickRate};
+pub use track::{LiveTrack, LookupSpace, Model, Target, Track};
+pub use transforms::Transform;

@@ -1,0 +1,2 @@
+//! Placeholder of the decoding benchmark.
+fn main() {}

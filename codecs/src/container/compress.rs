@@ -1,0 +1,275 @@
+//! Packing of record payloads: none, lz4 block, zstd frame.
+
+use alloc::vec::Vec;
+
+use super::header::Packing;
+use crate::error::{Failure, Fault, Limit};
+
+/// Largest content of a zstd block, and so of four bytes of a frame (RFC 8878, 3.1.1.2.4).
+const ZSTD_BLOCK_BYTES: u64 = 128 << 10;
+/// An lz4 block of n bytes unpacks to less than 255 n bytes.
+const LZ4_RATIO: u64 = 255;
+
+/// How an encoder packs a payload.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    /// Not at all.
+    None,
+    /// lz4 block: the fastest to unpack.
+    Lz4,
+    /// zstd frame. Needs the feature `std`.
+    Zstd {
+        /// Level, 1 to 19.
+        level: i32,
+        /// Use the `lazy` strategy (number 4) whatever the level would choose.
+        lazy: bool,
+    },
+}
+
+impl Compression {
+    /// zstd as PSAO §4 uses it: level 15, strategy 4.
+    pub const PAPER: Compression = Compression::Zstd {
+        level: 15,
+        lazy: true,
+    };
+}
+
+/// Packs payloads; keeps its tables from one to the next.
+#[derive(Default)]
+pub(crate) struct Packer {
+    #[cfg(feature = "std")]
+    zstd: Option<(Compression, zstd::bulk::Compressor<'static>)>,
+}
+
+impl Packer {
+    /// Appends `payload` to `out`, packed if that makes it smaller. Returns how it was packed.
+    pub(crate) fn pack(
+        &mut self,
+        compression: Compression,
+        payload: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<Packing, Fault> {
+        let start = out.len();
+        let (packing, bytes) = match compression {
+            Compression::None => (Packing::None, payload.len()),
+            Compression::Lz4 => {
+                out.resize(
+                    start + lz4_flex::block::get_maximum_output_size(payload.len()),
+                    0,
+                );
+                let bytes = lz4_flex::block::compress_into(payload, &mut out[start..])
+                    .map_err(|_| Fault::EncoderUse)?;
+                (Packing::Lz4, bytes)
+            }
+            Compression::Zstd { level, lazy } => {
+                (Packing::Zstd, self.zstd(level, lazy, payload, out)?)
+            }
+        };
+        if packing == Packing::None || bytes >= payload.len() {
+            out.truncate(start);
+            out.extend_from_slice(payload);
+            return Ok(Packing::None);
+        }
+        out.truncate(start + bytes);
+        Ok(packing)
+    }
+
+    #[cfg(feature = "std")]
+    fn zstd(
+        &mut self,
+        level: i32,
+        lazy: bool,
+        payload: &[u8],
+        out: &mut Vec<u8>,
+    ) -> Result<usize, Fault> {
+        use zstd::zstd_safe::{CParameter, Strategy};
+        let level = level.clamp(1, 19);
+        let wanted = Compression::Zstd { level, lazy };
+        if self.zstd.as_ref().is_none_or(|(kept, _)| *kept != wanted) {
+            let mut compressor =
+                zstd::bulk::Compressor::new(level).map_err(|_| Fault::EncoderUse)?;
+            if lazy {
+                compressor
+                    .set_parameter(CParameter::Strategy(Strategy::ZSTD_lazy))
+                    .map_err(|_| Fault::EncoderUse)?;
+            }
+            self.zstd = Some((wanted, compressor));
+        }
+        let (_, compressor) = self.zstd.as_mut().ok_or(Fault::EncoderUse)?;
+        let start = out.len();
+        out.resize(start + zstd::zstd_safe::compress_bound(payload.len()), 0);
+        compressor
+            .compress_to_buffer(payload, &mut out[start..])
+            .map_err(|_| Fault::EncoderUse)
+    }
+
+    #[cfg(not(feature = "std"))]
+    fn zstd(&mut self, _: i32, _: bool, _: &[u8], _: &mut Vec<u8>) -> Result<usize, Fault> {
+        Err(Fault::EncoderUse)
+    }
+}
+
+/// Unpacks payloads; keeps its tables from one to the next.
+#[derive(Default)]
+pub(crate) struct Unpacker {
+    #[cfg(feature = "std")]
+    native: Option<zstd::bulk::Decompressor<'static>>,
+    #[cfg_attr(feature = "std", allow(dead_code))]
+    portable: Option<alloc::boxed::Box<ruzstd::decoding::FrameDecoder>>,
+}
+
+impl Unpacker {
+    /// Rejects what the lengths alone show to be impossible, before `unpacked` bytes are reserved.
+    pub(crate) fn check_lengths(packing: u8, stored: u32, unpacked: u32) -> Result<Packing, Fault> {
+        let (stored, unpacked) = (u64::from(stored), u64::from(unpacked));
+        let (packing, possible) = match packing {
+            0 => (Packing::None, stored == unpacked),
+            1 => (Packing::Lz4, unpacked <= stored * LZ4_RATIO),
+            2 => (Packing::Zstd, unpacked <= stored / 4 * ZSTD_BLOCK_BYTES),
+            _ => return Err(Fault::Compression),
+        };
+        if possible {
+            Ok(packing)
+        } else {
+            Err(Fault::Length)
+        }
+    }
+
+    /// Fills `out`, whose length the record header gave, from `stored`.
+    pub(crate) fn unpack(
+        &mut self,
+        packing: Packing,
+        stored: &[u8],
+        out: &mut [u8],
+        window_limit: u32,
+    ) -> Result<(), Failure> {
+        match packing {
+            Packing::None => {
+                if stored.len() != out.len() {
+                    return Err(Fault::Length.into());
+                }
+                out.copy_from_slice(stored);
+                Ok(())
+            }
+            Packing::Lz4 => match lz4_flex::block::decompress_into(stored, out) {
+                Ok(bytes) if bytes == out.len() => Ok(()),
+                _ => Err(Fault::Lz4.into()),
+            },
+            Packing::Zstd => {
+                check_zstd_frame(stored, out.len(), window_limit)?;
+                self.zstd(stored, out, window_limit).map_err(Failure::from)
+            }
+        }
+    }
+
+    #[cfg(feature = "std")]
+    fn zstd(&mut self, stored: &[u8], out: &mut [u8], _: u32) -> Result<(), Fault> {
+        self.zstd_native(stored, out)
+    }
+
+    #[cfg(not(feature = "std"))]
+    fn zstd(&mut self, stored: &[u8], out: &mut [u8], window_limit: u32) -> Result<(), Fault> {
+        self.zstd_portable(stored, out, window_limit)
+    }
+
+    #[cfg(feature = "std")]
+    fn zstd_native(&mut self, stored: &[u8], out: &mut [u8]) -> Result<(), Fault> {
+        let decompressor = match &mut self.native {
+            Some(kept) => kept,
+            none => none.insert(zstd::bulk::Decompressor::new().map_err(|_| Fault::Zstd)?),
+        };
+        match decompressor.decompress_to_buffer(stored, out) {
+            Ok(bytes) if bytes == out.len() => Ok(()),
+            _ => Err(Fault::Zstd),
+        }
+    }
+
+    #[cfg_attr(all(feature = "std", not(test)), allow(dead_code))]
+    fn zstd_portable(&mut self, stored: &[u8], out: &mut [u8], window: u32) -> Result<(), Fault> {
+        let decoder = self.portable.get_or_insert_default();
+        // The smallest window that a frame without a single segment can state is 1 KiB.
+        decoder.set_max_window_size(u64::from(window).max(1024));
+        match decoder.decode_all(stored, out) {
+            Ok(bytes) if bytes == out.len() => Ok(()),
+            _ => {
+                // A failed frame leaves tables half built; they are not worth keeping.
+                self.portable = None;
+                Err(Fault::Zstd)
+            }
+        }
+    }
+}
+
+/// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
+/// dictionary, no content checksum (the record has its own), content size as the record says,
+/// window within the limit. So both zstd decoders see the same, and neither reserves more.
+fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(), Failure> {
+    let bad = Fault::ZstdFrame;
+    let byte = |i: usize| frame.get(i).copied().map(u64::from).ok_or(bad);
+    let little = |start: usize, count: usize| -> Result<u64, Fault> {
+        let mut value = 0;
+        for i in 0..count {
+            value |= byte(start + i)? << (8 * i);
+        }
+        Ok(value)
+    };
+    if little(0, 4)? != 0xfd2f_b528 {
+        return Err(bad.into());
+    }
+    let descriptor = byte(4)?;
+    let single_segment = descriptor & 0x20 != 0;
+    // Unused and reserved bits, content checksum, dictionary id: all zero.
+    if descriptor & 0x1f != 0 {
+        return Err(bad.into());
+    }
+    let mut at = 5;
+    let mut window = None;
+    if !single_segment {
+        let field = byte(at)?;
+        let base = 1u64 << (10 + (field >> 3));
+        window = Some(base + base / 8 * (field & 7));
+        at += 1;
+    }
+    let size_bytes = match (descriptor >> 6, single_segment) {
+        (0, true) => 1,
+        (0, false) => return Err(bad.into()),
+        (1, _) => 2,
+        (2, _) => 4,
+        _ => 8,
+    };
+    let stated = little(at, size_bytes)? + if size_bytes == 2 { 256 } else { 0 };
+    at += size_bytes;
+    if stated != content as u64 {
+        return Err(bad.into());
+    }
+    let window = window.unwrap_or(stated);
+    if window > u64::from(window_limit) {
+        let limit = u64::from(window_limit);
+        return Err(Failure::limit(
+            Fault::ZstdWindow,
+            Limit::ZstdWindowBytes,
+            window,
+            limit,
+        ));
+    }
+    loop {
+        let block = little(at, 3)?;
+        let size = block >> 3;
+        at += 3 + match block >> 1 & 3 {
+            1 => 1,
+            0 | 2 => size as usize,
+            _ => return Err(bad.into()),
+        };
+        if size > ZSTD_BLOCK_BYTES {
+            return Err(bad.into());
+        }
+        if block & 1 == 1 {
+            break;
+        }
+    }
+    if at == frame.len() {
+        Ok(())
+    } else {
+        Err(bad.into())
+    }
+}

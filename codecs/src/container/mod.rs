@@ -1,0 +1,15 @@
+//! The container: preamble, record headers, checksums, compression (`spec/container.md`).
+
+pub(crate) mod compress;
+pub(crate) mod crc;
+mod header;
+mod preamble;
+
+pub use compress::Compression;
+pub use header::{HEADER_BYTES, Packing, RecordHeader, record_type};
+pub use preamble::{CONTAINER_VERSION, MAGIC, PREAMBLE_BYTES, Preamble, profile};
+
+/// CRC-32C (Castagnoli, reflected, initial value and final XOR all ones) of `bytes`.
+pub fn crc32c(bytes: &[u8]) -> u32 {
+    crc::crc32c(bytes)
+}

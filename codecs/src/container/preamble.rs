@@ -1,0 +1,60 @@
+//! The sixteen bytes a stream starts with.
+
+use alloc::vec::Vec;
+
+use super::crc::crc32c;
+use crate::error::Fault;
+
+/// Catches text-mode and seven-bit transfer damage, as PNG's signature does.
+pub const MAGIC: [u8; 8] = [0x89, b'D', b'P', b'L', 0x0d, 0x0a, 0x1a, 0x0a];
+/// Size of the preamble.
+pub const PREAMBLE_BYTES: usize = 16;
+/// The container version that this library reads and writes.
+pub const CONTAINER_VERSION: u16 = 1;
+
+/// Profiles: how records travel.
+pub mod profile {
+    /// An ordered, reliable byte stream or file.
+    pub const STREAM: u16 = 0;
+    /// Reserved for datagrams; not defined.
+    pub const DATAGRAM: u16 = 1;
+}
+
+/// The first sixteen bytes of a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Preamble {
+    /// Container version.
+    pub version: u16,
+    /// One of [`profile`].
+    pub profile: u16,
+}
+
+impl Preamble {
+    pub(crate) fn parse(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Fault> {
+        if bytes[..8] != MAGIC {
+            return Err(Fault::Magic);
+        }
+        let crc = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]);
+        if crc32c(&bytes[..12]) != crc {
+            return Err(Fault::PreambleChecksum);
+        }
+        let version = u16::from_le_bytes([bytes[8], bytes[9]]);
+        let profile = u16::from_le_bytes([bytes[10], bytes[11]]);
+        if version != CONTAINER_VERSION {
+            return Err(Fault::ContainerVersion);
+        }
+        if profile != profile::STREAM {
+            return Err(Fault::Profile);
+        }
+        Ok(Preamble { version, profile })
+    }
+
+    pub(crate) fn write(self, out: &mut Vec<u8>) {
+        let start = out.len();
+        out.extend_from_slice(&MAGIC);
+        out.extend_from_slice(&self.version.to_le_bytes());
+        out.extend_from_slice(&self.profile.to_le_bytes());
+        let crc = crc32c(&out[start..]);
+        out.extend_from_slice(&crc.to_le_bytes());
+    }
+}

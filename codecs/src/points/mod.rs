@@ -1,0 +1,156 @@
+//! `points`: ambient occlusion at surface points in hashed grid cells (PSAO §3, `spec/points.md`).
+
+mod decode;
+mod encode;
+mod hash;
+mod point;
+mod state;
+
+pub use encode::{Coverage, Update};
+pub use hash::Hasher;
+pub use state::{DirtyRange, State, StateDigest};
+
+pub(crate) use decode::StagedPoints;
+pub(crate) use encode::write_payload;
+
+use crate::error::Fault;
+use bytemuck::{Pod, Zeroable};
+
+/// Entries in a hash bucket (PSAO §3.2).
+pub const BUCKET_ENTRIES: usize = 8;
+/// Points in a cell (PSAO §3.2).
+pub const CELL_POINTS: usize = 7;
+/// An entry of a bucket, or a key of a cell, that holds nothing.
+pub const EMPTY: u32 = u32::MAX;
+
+/// A hash bucket: indices of cells within the track, used entries first, then [`EMPTY`].
+/// 32 bytes; WGSL `array<u32, 8>`, C `uint32_t[8]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Bucket(pub [u32; BUCKET_ENTRIES]);
+
+impl Bucket {
+    /// A bucket that names no cell.
+    pub const EMPTY: Bucket = Bucket([EMPTY; BUCKET_ENTRIES]);
+}
+
+/// A cell: the dense index of its grid cell, and up to seven packed points, used ones first, then
+/// zeros. 32 bytes; WGSL `struct { key: u32, points: array<u32, 7> }`, C
+/// `struct { uint32_t key; uint32_t points[7]; }`.
+/// Several cells of one bucket may carry the same key: together they hold what seven points cannot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Cell {
+    /// `x + Dx * (y + Dy * z)`, or [`EMPTY`].
+    pub key: u32,
+    /// Points, packed as [`PointWidths`] says, in the low bits of each word.
+    pub points: [u32; CELL_POINTS],
+}
+
+impl Cell {
+    /// A cell that is not in use.
+    pub const FREE: Cell = Cell {
+        key: EMPTY,
+        points: [0; CELL_POINTS],
+    };
+}
+
+/// Widths of a packed point. From the lowest bit: AO, normal (two octahedral coordinates), position
+/// (x, y, z), and one bit that says the point is there, at bit `bits() - 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointWidths {
+    /// Bits of each of three position coordinates, 1 to 8.
+    pub position: u8,
+    /// Bits of each of two octahedral coordinates, 2 to 8.
+    pub normal: u8,
+    /// Bits of the AO value, 1 to 8.
+    pub ao: u8,
+}
+
+impl PointWidths {
+    /// 1 + 15 + 8 + 8 bits, as in PSAO §3.2.
+    pub const BITS_32: PointWidths = PointWidths {
+        position: 5,
+        normal: 4,
+        ao: 8,
+    };
+    /// 1 + 12 + 6 + 5 bits.
+    pub const BITS_24: PointWidths = PointWidths {
+        position: 4,
+        normal: 3,
+        ao: 5,
+    };
+    /// 1 + 6 + 4 + 5 bits.
+    pub const BITS_16: PointWidths = PointWidths {
+        position: 2,
+        normal: 2,
+        ao: 5,
+    };
+
+    /// Bits of a packed point, its allocation bit included.
+    pub fn bits(&self) -> u32 {
+        1 + 3 * u32::from(self.position) + 2 * u32::from(self.normal) + u32::from(self.ao)
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let right = (1..=8).contains(&self.position)
+            && (2..=8).contains(&self.normal)
+            && (1..=8).contains(&self.ao)
+            && matches!(self.bits(), 16 | 24 | 32);
+        if right {
+            Ok(())
+        } else {
+            Err(Fault::PointWidths)
+        }
+    }
+}
+
+/// What a track of the model declares, once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// Rows of a 3x4 matrix, grid space from mesh space: metres with scale applied, origin at the
+    /// grid's corner.
+    pub grid_from_mesh: [[f32; 4]; 3],
+    /// Cells along x, y, z; their product fits in 32 bits with [`EMPTY`] left over.
+    pub dims: [u16; 3],
+    /// Edge of a cell in metres, at least `2 * radius`.
+    pub cell_edge: f32,
+    /// Interpolation radius r of Eq. 2 in metres.
+    pub radius: f32,
+    /// Widths of a point.
+    pub widths: PointWidths,
+    /// Number of buckets the hash is reduced by.
+    pub bucket_count: u32,
+    /// Cells that the track may hold.
+    pub cell_capacity: u32,
+}
+
+impl Grid {
+    /// Number of grid cells, `Dx * Dy * Dz`.
+    pub fn volume(&self) -> u64 {
+        self.dims.iter().map(|&d| u64::from(d)).product()
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let floats = self.grid_from_mesh.as_flattened().iter();
+        if !floats
+            .chain([&self.cell_edge, &self.radius])
+            .all(|f| f.is_finite())
+        {
+            return Err(Fault::NotFinite);
+        }
+        if self.dims.contains(&0) || self.volume() > u64::from(u32::MAX) {
+            return Err(Fault::GridDims);
+        }
+        // An encoder that computes the edge as 2 r in another order may be one step of f32 short.
+        let wide_enough = 2.0 * self.radius <= self.cell_edge.next_up();
+        if self.radius <= 0.0 || self.cell_edge <= 0.0 || !wide_enough {
+            return Err(Fault::GridRadius);
+        }
+        self.widths.check()?;
+        if self.bucket_count == 0 || self.cell_capacity == 0 || self.cell_capacity == EMPTY {
+            return Err(Fault::GridCapacity);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,279 @@
+//! The decoded state of all `points` tracks: two arrays that upload to a GPU as they are.
+
+use alloc::vec::Vec;
+use core::hash::Hasher as _;
+
+use super::{Bucket, Cell, EMPTY, Grid};
+use crate::error::{Failure, Fault, Limit};
+use crate::regions::Regions;
+use crate::transforms::Transform;
+
+/// Runs of dirty items that are closer than this become one: a small gap costs less than a second
+/// upload call.
+const MERGE_GAP: u32 = 64;
+/// Above this many runs, neighbours are merged with ever larger gaps.
+const MAX_RANGES: usize = 256;
+
+/// Items `start..end` of an array that changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DirtyRange {
+    /// First item.
+    pub start: u32,
+    /// One past the last item.
+    pub end: u32,
+}
+
+/// All buckets and cells of all tracks, as of the last commit.
+///
+/// A track's buckets start at its `first_bucket`, its cells at its `first_cell`; a bucket's entries
+/// count from `first_cell`. In every committed state each entry is inside its track and names a
+/// cell whose key hashes to that bucket, so a lookup is bounded and needs no checks of its own.
+#[derive(Default)]
+pub struct State {
+    pub(super) buckets: Vec<Bucket>,
+    pub(super) cells: Vec<Cell>,
+    /// Keys as they will be after the frame in the making: a compact copy that the checks of
+    /// bucket entries read. Equal to the keys of `cells` between frames.
+    pub(super) next_keys: Vec<u32>,
+    free_buckets: Regions,
+    free_cells: Regions,
+    pub(super) dirty_buckets: DirtyList,
+    pub(super) dirty_cells: DirtyList,
+}
+
+impl State {
+    /// Buckets of all tracks.
+    pub fn buckets(&self) -> &[Bucket] {
+        &self.buckets
+    }
+
+    /// Cells of all tracks.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Buckets that changed since [`crate::Decoder::clear_dirty`]: ascending, merged, few. A track
+    /// that was added or removed counts as changed.
+    pub fn dirty_buckets(&self) -> &[DirtyRange] {
+        &self.dirty_buckets.ranges
+    }
+
+    /// Cells that changed since [`crate::Decoder::clear_dirty`].
+    pub fn dirty_cells(&self) -> &[DirtyRange] {
+        &self.dirty_cells.ranges
+    }
+
+    pub(crate) fn clear_dirty(&mut self) {
+        self.dirty_buckets.ranges.clear();
+        self.dirty_cells.ranges.clear();
+    }
+
+    /// Sorts and merges the dirty ranges.
+    pub(crate) fn settle_dirty(&mut self) {
+        self.dirty_buckets.settle();
+        self.dirty_cells.settle();
+    }
+
+    /// Room for a track; its buckets are empty and its cells free. Returns the first bucket and
+    /// the first cell.
+    pub(crate) fn add_track(&mut self, grid: &Grid, limit: u64) -> Result<(u32, u32), Failure> {
+        let cost = |buckets: u64, cells: u64| buckets * 32 + cells * 36;
+        let (buckets, cells) = (grid.bucket_count, grid.cell_capacity);
+        let taken_buckets = self.free_buckets.take(buckets);
+        let taken_cells = self.free_cells.take(cells);
+        let new_buckets = if taken_buckets.is_some() {
+            0
+        } else {
+            u64::from(buckets)
+        };
+        let new_cells = if taken_cells.is_some() {
+            0
+        } else {
+            u64::from(cells)
+        };
+        let buckets_len = self.buckets.len() as u64 + new_buckets;
+        let cells_len = self.cells.len() as u64 + new_cells;
+        let asked = cost(buckets_len, cells_len);
+        if asked > limit || buckets_len.max(cells_len) > u64::from(u32::MAX) {
+            if let Some(start) = taken_buckets {
+                self.free_buckets.give(start, buckets);
+            }
+            if let Some(start) = taken_cells {
+                self.free_cells.give(start, cells);
+            }
+            return Err(Failure::limit(
+                Fault::StateLimit,
+                Limit::StateBytes,
+                asked,
+                limit,
+            ));
+        }
+        // Exact: an array that doubled would break the promise of the limit.
+        self.buckets.reserve_exact(new_buckets as usize);
+        self.cells.reserve_exact(new_cells as usize);
+        self.next_keys.reserve_exact(new_cells as usize);
+        let first_bucket = taken_buckets.unwrap_or(self.buckets.len() as u32);
+        let first_cell = taken_cells.unwrap_or(self.cells.len() as u32);
+        self.buckets.resize(buckets_len as usize, Bucket::EMPTY);
+        self.cells.resize(cells_len as usize, Cell::FREE);
+        self.next_keys.resize(cells_len as usize, EMPTY);
+        self.dirty_buckets.add(first_bucket, first_bucket + buckets);
+        self.dirty_cells.add(first_cell, first_cell + cells);
+        Ok((first_bucket, first_cell))
+    }
+
+    /// Empties a track's region and gives it back.
+    pub(crate) fn remove_track(&mut self, grid: &Grid, first_bucket: u32, first_cell: u32) {
+        self.empty_track(grid, first_bucket, first_cell);
+        self.free_buckets.give(first_bucket, grid.bucket_count);
+        self.free_cells.give(first_cell, grid.cell_capacity);
+    }
+
+    /// All buckets empty, all cells free.
+    pub(crate) fn empty_track(&mut self, grid: &Grid, first_bucket: u32, first_cell: u32) {
+        let buckets = region(first_bucket, grid.bucket_count);
+        let cells = region(first_cell, grid.cell_capacity);
+        self.buckets[buckets].fill(Bucket::EMPTY);
+        self.cells[cells.clone()].fill(Cell::FREE);
+        self.next_keys[cells].fill(EMPTY);
+        self.dirty_buckets
+            .add(first_bucket, first_bucket + grid.bucket_count);
+        self.dirty_cells
+            .add(first_cell, first_cell + grid.cell_capacity);
+    }
+
+    /// The frame in the making starts from free cells.
+    pub(crate) fn expect_nothing(&mut self) {
+        self.next_keys.fill(EMPTY);
+    }
+
+    /// Forgets all tracks; keeps the memory.
+    pub(crate) fn reset(&mut self) {
+        self.buckets.clear();
+        self.cells.clear();
+        self.next_keys.clear();
+        self.free_buckets.clear();
+        self.free_cells.clear();
+        self.clear_dirty();
+    }
+}
+
+/// The range of a track's region.
+pub(super) fn region(first: u32, count: u32) -> core::ops::Range<usize> {
+    first as usize..first as usize + count as usize
+}
+
+/// Ranges that changed, in the order they came; settled into ascending order.
+#[derive(Default)]
+pub(super) struct DirtyList {
+    ranges: Vec<DirtyRange>,
+}
+
+impl DirtyList {
+    /// Adds `start..end`, growing the last range if it is near and before.
+    #[inline]
+    pub(super) fn add(&mut self, start: u32, end: u32) {
+        if let Some(last) = self.ranges.last_mut()
+            && start >= last.start
+            && start <= last.end.saturating_add(MERGE_GAP)
+        {
+            last.end = last.end.max(end);
+            return;
+        }
+        if self.ranges.len() >= 4 * MAX_RANGES {
+            self.settle();
+        }
+        self.ranges.push(DirtyRange { start, end });
+    }
+
+    fn settle(&mut self) {
+        if self.ranges.len() < 2 {
+            return;
+        }
+        self.ranges.sort_unstable_by_key(|r| (r.start, r.end));
+        let mut gap = MERGE_GAP;
+        loop {
+            self.ranges.dedup_by(|next, kept| {
+                let near = next.start <= kept.end.saturating_add(gap);
+                if near {
+                    kept.end = kept.end.max(next.end);
+                }
+                near
+            });
+            if self.ranges.len() <= MAX_RANGES {
+                return;
+            }
+            gap = gap.saturating_mul(4);
+        }
+    }
+}
+
+/// Computes the digest of a state track by track, in ascending order of id (`spec/points.md`,
+/// state digest). It covers what a lookup can reach and not where cells happen to lie, so a
+/// server with an allocation of its own gets the same number.
+pub struct StateDigest(twox_hash::XxHash64);
+
+impl Default for StateDigest {
+    fn default() -> Self {
+        StateDigest::new()
+    }
+}
+
+impl StateDigest {
+    /// A digest of no tracks.
+    pub fn new() -> StateDigest {
+        StateDigest(twox_hash::XxHash64::with_seed(0))
+    }
+
+    /// Adds a track: its id, its last transform, its buckets and its cells.
+    pub fn track(
+        &mut self,
+        id: u32,
+        transform: Option<&Transform>,
+        buckets: &[Bucket],
+        cells: &[Cell],
+    ) {
+        self.header(id, transform);
+        for (index, bucket) in buckets.iter().enumerate() {
+            self.bucket(index as u32, bucket, |c| {
+                cells.get(c as usize).copied().unwrap_or(Cell::FREE)
+            });
+        }
+    }
+
+    pub(crate) fn header(&mut self, id: u32, transform: Option<&Transform>) {
+        self.0.write(&id.to_le_bytes());
+        self.0.write(&u32::from(transform.is_some()).to_le_bytes());
+        for value in transform
+            .copied()
+            .unwrap_or(Transform::ZERO)
+            .world_from_grid
+            .as_flattened()
+        {
+            self.0.write(&value.to_le_bytes());
+        }
+    }
+
+    /// A bucket that names a cell; an empty one adds nothing.
+    pub(super) fn bucket(&mut self, index: u32, bucket: &Bucket, cell: impl Fn(u32) -> Cell) {
+        let used = bucket.0.iter().take_while(|&&entry| entry != EMPTY);
+        let count = used.clone().count() as u32;
+        if count == 0 {
+            return;
+        }
+        self.0.write(&index.to_le_bytes());
+        self.0.write(&count.to_le_bytes());
+        for &entry in used {
+            let Cell { key, points } = cell(entry);
+            self.0.write(&key.to_le_bytes());
+            for point in points {
+                self.0.write(&point.to_le_bytes());
+            }
+        }
+    }
+
+    /// The digest.
+    pub fn finish(&self) -> u64 {
+        self.0.finish()
+    }
+}

@@ -1,0 +1,305 @@
+//! The `track` and `track remove` records: what a stream has, and how much room it needs.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::Limits;
+use crate::error::{Failure, Fault, Limit};
+use crate::points::{Grid, Hasher, PointWidths};
+use crate::transforms::Transform;
+use crate::wire::{Reader, pad4, put_f32, put_u16, put_u32, put_u64, rows};
+
+/// Number of the model `points`.
+const MODEL_POINTS: u16 = 1;
+/// Number of the coding `cells` of the model `points`.
+const CODING_CELLS: u16 = 0;
+/// Bytes of an entry of a `points` track without its path.
+const ENTRY_BYTES: usize = 132;
+
+/// Light data of one mesh instance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Never used twice in a stream; each new track takes a higher one.
+    pub id: u32,
+    /// What it belongs to.
+    pub target: Target,
+    /// Smallest corner of the bounds of its points, mesh space, metres.
+    pub aabb_min: [f32; 3],
+    /// Largest corner.
+    pub aabb_max: [f32; 3],
+    /// The space that a fragment is looked up in.
+    pub space: LookupSpace,
+    /// Model and its parameters.
+    pub model: Model,
+}
+
+/// What a track belongs to, in the application's terms.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Target {
+    /// A number that the application gives a meaning to; 0 where it has none.
+    pub application_id: u64,
+    /// Path of the node, such as a glTF node path; may be empty.
+    pub path: String,
+    /// Hash of the mesh that the content depends on, where it depends on one.
+    pub content_hash: Option<u64>,
+}
+
+/// The space that a fragment is looked up in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LookupSpace {
+    /// Mesh space as drawn: rigid, or posed by the server.
+    Mesh,
+    /// Rest pose: the fragment passes its rest position and rest normal.
+    Rest,
+}
+
+/// Model of a track with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Model {
+    /// `points` in the coding `cells`.
+    Points(Grid),
+}
+
+impl Track {
+    /// The grid of a `points` track.
+    pub fn grid(&self) -> &Grid {
+        let Model::Points(grid) = &self.model;
+        grid
+    }
+
+    /// The rules that hold for a track by itself.
+    pub(crate) fn check(&self, path_limit: u32) -> Result<(), Failure> {
+        let path = self.target.path.len() as u64;
+        if path > u64::from(path_limit) {
+            let allowed = u64::from(path_limit);
+            return Err(Failure::limit(
+                Fault::PathLimit,
+                Limit::PathBytes,
+                path,
+                allowed,
+            ));
+        }
+        if !self
+            .aabb_min
+            .iter()
+            .chain(&self.aabb_max)
+            .all(|f| f.is_finite())
+        {
+            return Err(Fault::NotFinite.into());
+        }
+        if (0..3).any(|axis| self.aabb_min[axis] > self.aabb_max[axis]) {
+            return Err(Fault::Aabb.into());
+        }
+        Ok(self.grid().check()?)
+    }
+
+    fn read(entry: &[u8], limits: &Limits) -> Result<Track, Failure> {
+        let mut r = Reader::new(entry, Fault::PayloadSize);
+        let _size = r.u32()?;
+        let id = r.u32()?;
+        if r.u16()? != MODEL_POINTS {
+            return Err(Fault::Model.into());
+        }
+        if r.u16()? != CODING_CELLS {
+            return Err(Fault::Coding.into());
+        }
+        let space = match r.u8()? {
+            0 => LookupSpace::Mesh,
+            1 => LookupSpace::Rest,
+            _ => return Err(Fault::Space.into()),
+        };
+        let has_content_hash = r.u8()?;
+        let path_bytes = r.u16()?;
+        let application_id = r.u64()?;
+        let content_hash = r.u64()?;
+        if has_content_hash > 1 || (has_content_hash == 0 && content_hash != 0) {
+            return Err(Fault::PayloadReserved.into());
+        }
+        let aabb_min = r.floats()?;
+        let aabb_max = r.floats()?;
+        let grid_from_mesh = rows(r.floats()?);
+        let dims = [r.u16()?, r.u16()?, r.u16()?];
+        if r.u16()? != 0 {
+            return Err(Fault::PayloadReserved.into());
+        }
+        let cell_edge = r.f32()?;
+        let radius = r.f32()?;
+        let widths = PointWidths {
+            position: r.u8()?,
+            normal: r.u8()?,
+            ao: r.u8()?,
+        };
+        if r.u8()? != 0 {
+            return Err(Fault::PayloadReserved.into());
+        }
+        let bucket_count = r.u32()?;
+        let cell_capacity = r.u32()?;
+        if u32::from(path_bytes) > limits.path_bytes {
+            let (asked, allowed) = (u64::from(path_bytes), u64::from(limits.path_bytes));
+            return Err(Failure::limit(
+                Fault::PathLimit,
+                Limit::PathBytes,
+                asked,
+                allowed,
+            ));
+        }
+        let path = r.bytes(usize::from(path_bytes))?;
+        let path = core::str::from_utf8(path).map_err(|_| Fault::PathText)?;
+        let padding = r.bytes(r.len())?;
+        if padding.len() > 3 {
+            return Err(Fault::PayloadSize.into());
+        }
+        if padding.iter().any(|&b| b != 0) {
+            return Err(Fault::PayloadReserved.into());
+        }
+        let track = Track {
+            id,
+            target: Target {
+                application_id,
+                path: path.into(),
+                content_hash: (has_content_hash == 1).then_some(content_hash),
+            },
+            aabb_min,
+            aabb_max,
+            space,
+            model: Model::Points(Grid {
+                grid_from_mesh,
+                dims,
+                cell_edge,
+                radius,
+                widths,
+                bucket_count,
+                cell_capacity,
+            }),
+        };
+        track.check(limits.path_bytes)?;
+        Ok(track)
+    }
+
+    fn write(&self, out: &mut Vec<u8>) -> Result<(), Failure> {
+        self.check(u32::from(u16::MAX))?;
+        let start = out.len();
+        let grid = self.grid();
+        let size = (ENTRY_BYTES + self.target.path.len()).next_multiple_of(4);
+        put_u32(out, size as u32);
+        put_u32(out, self.id);
+        put_u16(out, MODEL_POINTS);
+        put_u16(out, CODING_CELLS);
+        out.push(match self.space {
+            LookupSpace::Mesh => 0,
+            LookupSpace::Rest => 1,
+        });
+        out.push(u8::from(self.target.content_hash.is_some()));
+        put_u16(out, self.target.path.len() as u16);
+        put_u64(out, self.target.application_id);
+        put_u64(out, self.target.content_hash.unwrap_or(0));
+        let floats = self.aabb_min.iter().chain(&self.aabb_max);
+        floats
+            .chain(grid.grid_from_mesh.as_flattened())
+            .for_each(|&value| put_f32(out, value));
+        grid.dims.iter().for_each(|&dim| put_u16(out, dim));
+        put_u16(out, 0);
+        put_f32(out, grid.cell_edge);
+        put_f32(out, grid.radius);
+        out.extend([grid.widths.position, grid.widths.normal, grid.widths.ao, 0]);
+        put_u32(out, grid.bucket_count);
+        put_u32(out, grid.cell_capacity);
+        out.extend_from_slice(self.target.path.as_bytes());
+        pad4(out, start);
+        Ok(())
+    }
+}
+
+/// A declared track and what the decoder keeps of it.
+#[derive(Clone, Debug)]
+pub struct LiveTrack {
+    /// What was declared.
+    pub track: Track,
+    /// Index of its first bucket in [`crate::points::State::buckets`].
+    pub first_bucket: u32,
+    /// Index of its first cell in [`crate::points::State::cells`].
+    pub first_cell: u32,
+    /// The last committed transform; none before the first.
+    pub transform: Option<Transform>,
+    pub(crate) hasher: Hasher,
+    /// The frame in the making has content for it.
+    pub(crate) staged: bool,
+    /// The next commit removes it.
+    pub(crate) removed: bool,
+}
+
+/// Calls `each` with every declared track, ids ascending.
+pub(crate) fn read_tracks(
+    payload: &[u8],
+    limits: &Limits,
+    mut each: impl FnMut(Track) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut reader = Reader::new(payload, Fault::PayloadSize);
+    let count = reader.u32()?;
+    if reader.u32()? != 0 {
+        return Err(Fault::PayloadReserved.into());
+    }
+    let mut above = 0u64;
+    for _ in 0..count {
+        let mut ahead = Reader::new(payload, Fault::PayloadSize);
+        ahead.bytes(payload.len() - reader.len())?;
+        let size = ahead.u32()? as usize;
+        if size < 12 || !size.is_multiple_of(4) {
+            return Err(Fault::PayloadSize.into());
+        }
+        let track = Track::read(reader.bytes(size)?, limits)?;
+        if u64::from(track.id) < above {
+            return Err(Fault::EntryOrder.into());
+        }
+        above = u64::from(track.id) + 1;
+        each(track)?;
+    }
+    Ok(reader.end()?)
+}
+
+/// Appends the payload of a `track` record.
+pub(crate) fn write_tracks(tracks: &[Track], out: &mut Vec<u8>) -> Result<(), Failure> {
+    put_u32(
+        out,
+        u32::try_from(tracks.len()).map_err(|_| Fault::EncoderUse)?,
+    );
+    put_u32(out, 0);
+    if !tracks.is_sorted_by(|a, b| a.id < b.id) {
+        return Err(Fault::EntryOrder.into());
+    }
+    tracks.iter().try_for_each(|track| track.write(out))
+}
+
+/// Calls `each` with every removed track, ids ascending.
+pub(crate) fn read_removed(
+    payload: &[u8],
+    mut each: impl FnMut(u32) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let mut reader = Reader::new(payload, Fault::PayloadSize);
+    let count = reader.u32()?;
+    let mut above = 0u64;
+    for _ in 0..count {
+        let id = reader.u32()?;
+        if u64::from(id) < above {
+            return Err(Fault::EntryOrder);
+        }
+        above = u64::from(id) + 1;
+        each(id)?;
+    }
+    reader.end()
+}
+
+/// Appends the payload of a `track remove` record.
+pub(crate) fn write_removed(ids: &[u32], out: &mut Vec<u8>) -> Result<(), Fault> {
+    put_u32(
+        out,
+        u32::try_from(ids.len()).map_err(|_| Fault::EncoderUse)?,
+    );
+    ids.iter().for_each(|&id| put_u32(out, id));
+    if ids.is_sorted_by(|a, b| a < b) {
+        Ok(())
+    } else {
+        Err(Fault::EntryOrder)
+    }
+}
