@@ -1,1 +1,20 @@
-//! Metrics, reports and charts.
+//! Metrics, charts and reports: how accurate a method is, what it costs, how steady it is.
+//!
+//! - [`metrics`]: error of a picture or of a field of ambient occlusion against its reference
+//! - [`ssim`], [`flip`]: the two perceptual metrics they use
+//! - [`stability`]: flicker over time, and the reference's own noise
+//! - [`difference`]: pictures of signed differences
+//! - [`bitrate`]: bytes to Mbit/s
+//! - [`summary`]: the figures of an encoding run under their documented names
+//! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
+
+pub mod bitrate;
+pub mod chart;
+pub mod difference;
+pub mod flip;
+pub mod metrics;
+pub mod report;
+pub mod ssim;
+pub mod stability;
+pub mod summary;
+pub mod table;

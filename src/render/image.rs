@@ -1,20 +1,37 @@
-//! Pictures of 8-bit sRGB and their PNG files.
+//! 8-bit sRGB pictures and their PNG files.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write};
+use std::path::Path;
 
 use crate::{Error, Result};
 use glam::Vec3;
-use std::path::Path;
 
-/// An sRGB picture, row by row from the top.
+/// Largest width and height of a picture that is read or written, in pixels.
+pub const MAX_SIDE: u32 = 16_384;
+
+/// An 8-bit picture in sRGB, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Picture {
+    /// Pixels.
     pub width: u32,
+    /// Pixels.
     pub height: u32,
-    /// `width * height` pixels.
+    /// `width * height` pixels, sRGB-encoded.
     pub rgb: Vec<[u8; 3]>,
 }
 
 impl Picture {
-    /// Encodes linear colour in 0..=1; what lies beyond is clamped, NaN is black.
+    /// A picture of one colour.
+    pub fn filled(width: u32, height: u32, colour: [u8; 3]) -> Picture {
+        Picture {
+            width,
+            height,
+            rgb: vec![colour; width as usize * height as usize],
+        }
+    }
+
+    /// Encodes linear colour in 0..=1, one value a pixel; what lies beyond is clamped, NaN is black.
     pub fn from_linear(width: u32, height: u32, linear: &[Vec3]) -> Picture {
         let rgb = linear
             .iter()
@@ -23,51 +40,108 @@ impl Picture {
         Picture { width, height, rgb }
     }
 
-    /// A grey picture of values that are no colours (AO): 0..=1 becomes 0..=255, not sRGB-encoded.
-    pub fn from_values(width: u32, height: u32, values: &[f32]) -> Picture {
+    /// A gray picture of a linear field in 0..=1, `round(255 * value)` in all three channels: the
+    /// field is displayed as it is, with no transfer curve. NaN is black.
+    ///
+    /// # Errors
+    /// `Invalid` where `values` is not `width * height` long.
+    pub fn from_gray(width: u32, height: u32, values: &[f32]) -> Result<Picture> {
+        if values.len() != width as usize * height as usize {
+            return Err(Error::Invalid(format!(
+                "a {width}x{height} picture needs {} values, not {}",
+                width as usize * height as usize,
+                values.len()
+            )));
+        }
+        // NaN becomes 0 in the cast.
         let rgb = values
             .iter()
             .map(|v| [(v.clamp(0.0, 1.0) * 255.0).round() as u8; 3])
             .collect();
-        Picture { width, height, rgb }
-    }
-
-    /// Reads a PNG file; grey and 16-bit ones are converted, alpha is dropped.
-    pub fn read_png(path: &Path) -> Result<Picture> {
-        let bytes = std::fs::read(path).map_err(|source| io(path, source))?;
-        let image = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png)
-            .map_err(|e| Error::Invalid(format!("{}: no readable PNG: {e}", path.display())))?
-            .to_rgb8();
-        let (width, height) = image.dimensions();
-        let rgb = image.pixels().map(|p| p.0).collect();
         Ok(Picture { width, height, rgb })
     }
 
-    /// Writes a PNG file; the folder must exist.
+    /// Reads a PNG of at most [`MAX_SIDE`] pixels a side. 16-bit channels are rounded to 8, gray is
+    /// spread over the three channels, and alpha is dropped (colours are taken as stored).
+    ///
+    /// # Errors
+    /// `Io` where the file cannot be opened, `Invalid` where it is no PNG, is damaged or too large.
+    pub fn read_png(path: &Path) -> Result<Picture> {
+        let file = File::open(path).map_err(|source| Error::Io {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        let mut reader =
+            ::image::ImageReader::with_format(BufReader::new(file), ::image::ImageFormat::Png);
+        let mut limits = ::image::Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        // Room for the largest picture at 16 bits and four channels.
+        limits.max_alloc = Some(8 * u64::from(MAX_SIDE) * u64::from(MAX_SIDE));
+        reader.limits(limits);
+        let decoded = reader.decode().map_err(|source| {
+            let message = match source {
+                ::image::ImageError::Limits(_) => {
+                    format!("is larger than {MAX_SIDE} pixels a side")
+                }
+                other => format!("is not a readable PNG ({other})"),
+            };
+            Error::Invalid(format!("{} {message}", path.display()))
+        })?;
+        let buffer = decoded.into_rgb8();
+        let (width, height) = buffer.dimensions();
+        let rgb = buffer.pixels().map(|p| p.0).collect();
+        Ok(Picture { width, height, rgb })
+    }
+
+    /// Writes an 8-bit RGB PNG.
+    ///
+    /// # Errors
+    /// `Io` where the file cannot be written, `Invalid` where the picture is empty or its pixels do
+    /// not match its size.
     pub fn write_png(&self, path: &Path) -> Result<()> {
-        let bytes = self.rgb.as_flattened().to_vec();
-        let image = image::RgbImage::from_raw(self.width, self.height, bytes).ok_or_else(|| {
-            Error::Invalid(format!(
-                "{}: a picture of {}x{} needs {} pixels, not {}",
-                path.display(),
+        let bytes = self.to_png()?;
+        let io = |source| Error::Io {
+            path: path.to_path_buf(),
+            source,
+        };
+        let mut file = BufWriter::new(File::create(path).map_err(io)?);
+        file.write_all(&bytes)
+            .and_then(|()| file.flush())
+            .map_err(io)
+    }
+
+    /// The bytes of the PNG that [`Picture::write_png`] writes.
+    ///
+    /// # Errors
+    /// `Invalid` where the picture is empty, too large, or its pixels do not match its size.
+    pub fn to_png(&self) -> Result<Vec<u8>> {
+        use ::image::ImageEncoder;
+        let pixels = self.width as usize * self.height as usize;
+        if pixels == 0 || self.width > MAX_SIDE || self.height > MAX_SIDE {
+            return Err(Error::Invalid(format!(
+                "a picture of {}x{} pixels cannot be written: each side must be 1 to {MAX_SIDE}",
+                self.width, self.height
+            )));
+        }
+        if self.rgb.len() != pixels {
+            return Err(Error::Invalid(format!(
+                "a {}x{} picture needs {pixels} pixels, not {}",
                 self.width,
                 self.height,
-                u64::from(self.width) * u64::from(self.height),
                 self.rgb.len()
-            ))
-        })?;
-        let mut png = std::io::Cursor::new(Vec::new());
-        image
-            .write_to(&mut png, image::ImageFormat::Png)
-            .map_err(|e| Error::Invalid(format!("{}: cannot encode: {e}", path.display())))?;
-        std::fs::write(path, png.into_inner()).map_err(|source| io(path, source))
-    }
-}
-
-fn io(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: path.to_path_buf(),
-        source,
+            )));
+        }
+        let mut bytes = Vec::new();
+        ::image::codecs::png::PngEncoder::new(&mut bytes)
+            .write_image(
+                bytemuck::cast_slice(&self.rgb),
+                self.width,
+                self.height,
+                ::image::ExtendedColorType::Rgb8,
+            )
+            .map_err(|e| Error::Invalid(format!("the picture cannot be encoded as PNG ({e})")))?;
+        Ok(bytes)
     }
 }
 
@@ -87,47 +161,86 @@ mod tests {
     use super::*;
 
     #[test]
-    fn srgb_round_trips_and_a_png_reads_back() {
+    fn srgb_round_trips() {
         for i in 0..=255 {
-            assert_eq!(
-                srgb8_from_linear(crate::scene::texture::srgb_to_linear(i)),
-                i
-            );
+            let linear = crate::scene::texture::srgb_to_linear(i);
+            assert_eq!(srgb8_from_linear(linear), i);
         }
-        let rgb = (0..15u8).map(|i| [i, 255 - i, i * 7]).collect();
-        let picture = Picture {
-            width: 5,
-            height: 3,
-            rgb,
-        };
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("p.png");
-        picture.write_png(&path).unwrap();
-        assert_eq!(Picture::read_png(&path).unwrap(), picture);
+    }
+
+    fn temporary(name: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join(name);
+        (folder, path)
     }
 
     #[test]
-    fn a_bad_file_or_size_is_one_sentence() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("p.png");
-        std::fs::write(&path, b"no picture").unwrap();
-        let message = Picture::read_png(&path).unwrap_err().to_string();
-        assert!(
-            message.contains("p.png") && !message.contains('\n'),
-            "{message}"
-        );
-        assert!(Picture::read_png(&dir.path().join("none.png")).is_err());
-        let short = Picture {
-            width: 2,
-            height: 2,
-            rgb: vec![[0; 3]],
+    fn png_keeps_every_pixel() {
+        let (_folder, path) = temporary("a.png");
+        let rgb = (0..35u8)
+            .map(|i| [i, 255 - i, i.wrapping_mul(37)])
+            .collect();
+        let picture = Picture {
+            width: 7,
+            height: 5,
+            rgb,
         };
+        picture.write_png(&path).expect("written");
+        assert_eq!(Picture::read_png(&path).expect("read"), picture);
+    }
+
+    #[test]
+    fn every_truncation_of_a_png_is_an_error() {
+        let (_folder, path) = temporary("a.png");
+        let bytes = Picture::filled(3, 2, [9, 8, 7]).to_png().expect("encoded");
+        // The last 12 bytes are the IEND chunk, which carries nothing.
+        for length in 0..bytes.len() - 12 {
+            std::fs::write(&path, &bytes[..length]).expect("written");
+            assert!(
+                Picture::read_png(&path).is_err(),
+                "{length} bytes were accepted"
+            );
+        }
+    }
+
+    #[test]
+    fn a_header_that_claims_a_huge_picture_is_refused() {
+        let (_folder, path) = temporary("huge.png");
+        let mut bytes = Picture::filled(3, 2, [9, 8, 7]).to_png().expect("encoded");
+        bytes[16..20].copy_from_slice(&100_000u32.to_be_bytes());
+        let crc = crc32(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+        std::fs::write(&path, &bytes).expect("written");
+        let message = Picture::read_png(&path).expect_err("refused").to_string();
+        assert!(message.contains("larger than 16384"), "{message}");
+    }
+
+    fn crc32(bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(!0u32, |crc, &byte| {
+            (0..8).fold(crc ^ u32::from(byte), |c, _| {
+                (c >> 1) ^ (0xedb8_8320 & (c & 1).wrapping_neg())
+            })
+        })
+    }
+
+    #[test]
+    fn sizes_are_checked() {
+        assert!(Picture::filled(0, 4, [0; 3]).to_png().is_err());
         assert!(
-            short
-                .write_png(&path)
-                .unwrap_err()
-                .to_string()
-                .contains("4 pixels")
+            Picture {
+                width: 2,
+                height: 2,
+                rgb: vec![[0; 3]; 3]
+            }
+            .to_png()
+            .is_err()
         );
+        assert!(Picture::from_gray(2, 2, &[0.0; 3]).is_err());
+    }
+
+    #[test]
+    fn gray_rounds_and_clamps() {
+        let picture = Picture::from_gray(4, 1, &[-1.0, 0.5, 2.0, f32::NAN]).expect("made");
+        assert_eq!(picture.rgb, [[0; 3], [128; 3], [255; 3], [0; 3]]);
     }
 }

@@ -1,0 +1,477 @@
+//! Arguments that several commands share, and the parsers that turn nonsense away.
+
+use std::path::Path;
+
+use clap::{Args, ValueEnum};
+use glam::Vec3;
+
+use crate::Result;
+use crate::codec::points::PointWidths;
+use crate::scene::Scene;
+
+/// Which scene, seen from where, when, and how large.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// A glTF 2.0 file (.glb or .gltf), or `hall` for the built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: String,
+    #[command(flatten)]
+    pub view: ViewArgs,
+}
+
+/// From where, when, and how large.
+#[derive(Clone, Debug, Args)]
+pub struct ViewArgs {
+    /// A camera of the scene by name; the first one if not given, or one that frames the scene
+    /// where it has none.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["eye", "target"])]
+    pub camera: Option<String>,
+    /// Look from here, in metres, instead of a camera of the scene.
+    #[arg(long, value_name = "X,Y,Z", requires = "target", value_parser = vector,
+        allow_hyphen_values = true)]
+    pub eye: Option<Vec3>,
+    /// Look at this point.
+    #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = vector,
+        allow_hyphen_values = true)]
+    pub target: Option<Vec3>,
+    /// Width and height of pictures in pixels.
+    #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
+    pub size: (u32, u32),
+    /// Frame to show, counted from 0 at the frame rate.
+    #[arg(long, value_name = "K", conflicts_with = "time")]
+    pub frame: Option<u32>,
+    /// Time to show, in seconds.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub time: Option<f64>,
+}
+
+/// Point generation and the server.
+#[derive(Clone, Debug, Args)]
+pub struct EncodeArgs {
+    /// Points per square metre before thinning (N of the paper).
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = density)]
+    pub density: f64,
+    /// Points generated for each one that is kept.
+    #[arg(long, value_name = "RATIO", default_value = "2.0", value_parser = thinning)]
+    pub thinning: f64,
+    /// Rays traced for a point.
+    #[arg(long, value_name = "COUNT", default_value = "128",
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub rays: u32,
+    /// Length of an occlusion ray in metres.
+    #[arg(long, value_name = "M", default_value = "0.6", value_parser = distance)]
+    pub distance: f32,
+    /// Smallest change of AO that is sent, in steps of 1/255; 0 sends every change.
+    #[arg(long, value_name = "STEPS", default_value = "4")]
+    pub threshold: u8,
+    /// Frames to encode; the length of the animation if not given.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub frames: Option<u32>,
+    /// Server frames a second, also as a fraction: 30000/1001.
+    #[arg(long, value_name = "RATE", default_value = "60")]
+    pub fps: Rate,
+    /// Seed of point placement and of the rays.
+    #[arg(long, default_value = "0")]
+    pub seed: u32,
+    /// Bits of a packed point.
+    #[arg(long, value_name = "BITS", default_value = "32")]
+    pub width: Width,
+    /// `zstd`, `zstd:LEVEL` (1 to 22), `lz4` or `none`.
+    #[arg(long, value_name = "METHOD", default_value = "zstd:15")]
+    pub compression: Compression,
+    /// Frames from one keyframe to the next; only the first frame is one if not given.
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..))]
+    pub keyframe_interval: Option<u32>,
+    /// Update every point, not only those within the extended field of view.
+    #[arg(long)]
+    pub no_visibility: bool,
+    /// Degrees by which the field of view is extended on each side.
+    #[arg(long, value_name = "DEGREES", default_value = "10", value_parser = margin,
+        conflicts_with = "no_visibility")]
+    pub fov_margin: f32,
+    /// Trace at most so many points a frame, in turn; for a renderer without a network.
+    #[arg(long, value_name = "POINTS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub budget: Option<u32>,
+    /// Space of a skinned mesh's points and grid.
+    #[arg(long, default_value = "posed")]
+    pub space: Space,
+    /// What becomes of points that do not fit into a cell of seven.
+    #[arg(long, default_value = "chain")]
+    pub overflow: Overflow,
+}
+
+/// The client.
+#[derive(Clone, Debug, Args)]
+pub struct ClientArgs {
+    /// Server frames a second that reach the client; all of the stream's if not given.
+    #[arg(long, value_name = "RATE")]
+    pub server_fps: Option<Rate>,
+    /// Milliseconds from a server frame to its use.
+    #[arg(long, value_name = "MS", default_value = "0", value_parser = latency)]
+    pub latency_ms: f64,
+    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or the nearest
+    /// point's.
+    #[arg(long, default_value = "nearest")]
+    pub fallback: Fallback,
+}
+
+/// Space that a skinned mesh's points live in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Space {
+    /// They move with the skin, as in the paper.
+    Posed,
+    /// They stay in the rest pose, where fragments look them up.
+    Rest,
+}
+
+/// What becomes of points that do not fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Overflow {
+    /// They go into further cells of the same key.
+    Chain,
+    /// They are dropped, as in the paper, and counted.
+    Drop,
+}
+
+/// What a fragment without a point in reach is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Fallback {
+    One,
+    Nearest,
+}
+
+/// Bits of a packed point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Width {
+    #[value(name = "32")]
+    Bits32,
+    #[value(name = "24")]
+    Bits24,
+    #[value(name = "16")]
+    Bits16,
+}
+
+/// How records are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compression {
+    None,
+    Lz4,
+    /// Level 1 to 22.
+    Zstd(i32),
+}
+
+/// A rate in Hz as a fraction, both parts positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate {
+    pub numerator: u32,
+    pub denominator: u32,
+}
+
+impl SceneArgs {
+    /// Loads the scene.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load(&self) -> Result<Scene> {
+        if self.scene == "hall" {
+            Ok(Scene::hall())
+        } else {
+            Scene::load(Path::new(&self.scene))
+        }
+    }
+}
+
+impl ViewArgs {
+    /// The time to show in seconds: `--time`, or `--frame` at `fps`, or 0.
+    pub fn seconds(&self, fps: Rate) -> f64 {
+        self.time
+            .unwrap_or_else(|| f64::from(self.frame.unwrap_or(0)) / fps.hz())
+    }
+
+    /// `--eye` and `--target`.
+    pub fn look(&self) -> Option<(Vec3, Vec3)> {
+        self.eye.zip(self.target)
+    }
+}
+
+impl Width {
+    /// Bits of each part of a point.
+    pub fn widths(self) -> PointWidths {
+        match self {
+            Width::Bits32 => PointWidths {
+                position: 5,
+                normal: 4,
+                ao: 8,
+            },
+            Width::Bits24 => PointWidths {
+                position: 4,
+                normal: 3,
+                ao: 5,
+            },
+            Width::Bits16 => PointWidths {
+                position: 2,
+                normal: 2,
+                ao: 5,
+            },
+        }
+    }
+}
+
+impl Rate {
+    /// In Hz.
+    pub fn hz(self) -> f64 {
+        f64::from(self.numerator) / f64::from(self.denominator)
+    }
+}
+
+impl std::fmt::Display for Rate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.denominator {
+            1 => write!(f, "{}", self.numerator),
+            d => write!(f, "{}/{d}", self.numerator),
+        }
+    }
+}
+
+impl std::str::FromStr for Rate {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Rate, String> {
+        let wrong = || {
+            "a rate is a whole number of Hz or a fraction, such as 60 or 30000/1001, from 1/60 to \
+             1000 Hz"
+                .to_string()
+        };
+        let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
+        let part = |text: &str| {
+            text.parse::<u32>()
+                .ok()
+                .filter(|n| *n > 0)
+                .ok_or_else(wrong)
+        };
+        let rate = Rate {
+            numerator: part(numerator)?,
+            denominator: part(denominator)?,
+        };
+        let usable = (1.0 / 60.0..=1000.0).contains(&rate.hz());
+        if usable { Ok(rate) } else { Err(wrong()) }
+    }
+}
+
+impl std::fmt::Display for Compression {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Compression::None => f.write_str("none"),
+            Compression::Lz4 => f.write_str("lz4"),
+            Compression::Zstd(level) => write!(f, "zstd:{level}"),
+        }
+    }
+}
+
+impl std::str::FromStr for Compression {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Compression, String> {
+        let level = |text: &str| text.parse::<i32>().ok().filter(|l| (1..=22).contains(l));
+        let parsed = match text {
+            "none" => Some(Compression::None),
+            "lz4" => Some(Compression::Lz4),
+            "zstd" => Some(Compression::Zstd(15)),
+            _ => text
+                .strip_prefix("zstd:")
+                .and_then(level)
+                .map(Compression::Zstd),
+        };
+        parsed.ok_or_else(|| "compression is none, lz4, zstd or zstd:1 to zstd:22".to_string())
+    }
+}
+
+type Parsed<T> = std::result::Result<T, String>;
+
+/// A finite number within a range, or a sentence that says what is wanted.
+fn number(text: &str, range: impl std::ops::RangeBounds<f64>, wanted: &str) -> Parsed<f64> {
+    let value = text
+        .trim()
+        .parse::<f64>()
+        .ok()
+        .filter(|v| v.is_finite() && range.contains(v));
+    value.ok_or_else(|| format!("expected {wanted}"))
+}
+
+fn density(text: &str) -> Parsed<f64> {
+    number(
+        text,
+        1e-6..=1e6,
+        "points per square metre from 0.000001 to 1000000",
+    )
+}
+
+fn thinning(text: &str) -> Parsed<f64> {
+    number(text, 1.0..=100.0, "a ratio from 1 (keep all) to 100")
+}
+
+fn distance(text: &str) -> Parsed<f32> {
+    number(text, 1e-4..=1e4, "metres from 0.0001 to 10000").map(|v| v as f32)
+}
+
+fn margin(text: &str) -> Parsed<f32> {
+    number(text, 0.0..=90.0, "degrees from 0 to 90").map(|v| v as f32)
+}
+
+fn latency(text: &str) -> Parsed<f64> {
+    number(text, 0.0..=60_000.0, "milliseconds from 0 to 60000")
+}
+
+fn seconds(text: &str) -> Parsed<f64> {
+    number(text, 0.0..=1e6, "seconds from 0 to 1000000")
+}
+
+fn vector(text: &str) -> Parsed<Vec3> {
+    let wanted = "three numbers in metres within a million, such as 1,1.7,-4.5";
+    let parts: Vec<f64> = text
+        .split(',')
+        .map(|part| number(part, -1e6..=1e6, wanted))
+        .collect::<Parsed<_>>()?;
+    match parts[..] {
+        [x, y, z] => Ok(Vec3::new(x as f32, y as f32, z as f32)),
+        _ => Err(format!("expected {wanted}")),
+    }
+}
+
+fn size(text: &str) -> Parsed<(u32, u32)> {
+    let side = |text: &str| {
+        text.parse::<u32>()
+            .ok()
+            .filter(|s| (1..=16_384).contains(s))
+    };
+    text.split_once('x')
+        .and_then(|(width, height)| side(width).zip(side(height)))
+        // A picture of 16384 x 16384 pixels would pass side by side, and no machine renders it.
+        .filter(|(width, height)| width * height <= 1 << 26)
+        .ok_or_else(|| {
+            "expected WIDTHxHEIGHT in pixels, such as 480x270, sides from 1 to 16384 and at most \
+             67 million pixels"
+                .to_string()
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct All {
+        #[command(flatten)]
+        scene: SceneArgs,
+        #[command(flatten)]
+        encode: EncodeArgs,
+        #[command(flatten)]
+        client: ClientArgs,
+    }
+
+    fn parse(arguments: &str) -> std::result::Result<All, clap::Error> {
+        All::try_parse_from(["test"].into_iter().chain(arguments.split_whitespace()))
+    }
+
+    #[test]
+    fn defaults_are_the_papers() {
+        let all = parse("hall").expect("parsed");
+        let e = &all.encode;
+        assert_eq!(
+            (e.density, e.thinning, e.rays, e.distance),
+            (1024.0, 2.0, 128, 0.6)
+        );
+        assert_eq!(
+            (e.threshold, e.compression, e.fps.hz()),
+            (4, Compression::Zstd(15), 60.0)
+        );
+        assert_eq!(
+            (e.width, e.keyframe_interval, e.no_visibility),
+            (Width::Bits32, None, false)
+        );
+        assert_eq!(all.scene.view.size, (480, 270));
+        assert_eq!(all.scene.view.seconds(e.fps), 0.0);
+    }
+
+    #[test]
+    fn what_is_meant_is_understood() {
+        let all = parse(
+            "a.glb --eye -1,2,-3.5 --target 0,0,0 --size 1920x1080 --frame 30 --fps 30000/1001 \
+             --compression lz4 --width 16 --server-fps 5 --fallback one --keyframe-interval 60",
+        )
+        .expect("parsed");
+        let (eye, target) = all.scene.view.look().expect("a view");
+        assert_eq!((eye, target), (Vec3::new(-1.0, 2.0, -3.5), Vec3::ZERO));
+        assert!((all.scene.view.seconds(all.encode.fps) - 1.001).abs() < 1e-12);
+        assert_eq!(all.encode.fps.to_string(), "30000/1001");
+        assert_eq!(
+            all.client.server_fps,
+            Some(Rate {
+                numerator: 5,
+                denominator: 1
+            })
+        );
+    }
+
+    #[test]
+    fn packed_points_have_the_bits_they_name() {
+        for (width, bits) in [
+            (Width::Bits32, 32),
+            (Width::Bits24, 24),
+            (Width::Bits16, 16),
+        ] {
+            let w = width.widths();
+            assert_eq!(1 + 3 * w.position + 2 * w.normal + w.ao, bits);
+        }
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_exit_code_2() {
+        let cases = [
+            "--density 0",
+            "--density NaN",
+            "--density -5",
+            "--density 1e30",
+            "--density inf",
+            "--thinning 0.5",
+            "--rays 0",
+            "--rays 99999999",
+            "--distance 0",
+            "--distance 1e400",
+            "--threshold 256",
+            "--threshold -1",
+            "--frames 0",
+            "--fps 0",
+            "--fps 60/0",
+            "--fps 59.94",
+            "--fps 4000000000",
+            "--seed -1",
+            "--width 31",
+            "--compression zstd:23",
+            "--compression zstd:",
+            "--compression gzip",
+            "--keyframe-interval 0",
+            "--fov-margin 91",
+            "--budget 0",
+            "--latency-ms -1",
+            "--server-fps 0",
+            "--size 0x5",
+            "--size 5",
+            "--size 16384x16384",
+            "--size 99999999999x1",
+            "--time -1",
+            "--time nan",
+            "--time 1 --frame 2",
+            "--eye 1,2,3",
+            "--eye 1,2 --target 0,0,0",
+            "--eye 1,2,3,4 --target 0,0,0",
+            "--eye 1,2,inf --target 0,0,0",
+            "--eye 1,2,3 --target 0,0,0 --camera a",
+        ];
+        for case in cases {
+            let error = parse(&format!("hall {case}")).expect_err(case);
+            assert_eq!(error.exit_code(), 2, "{case}");
+        }
+    }
+}

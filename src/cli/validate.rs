@@ -1,0 +1,58 @@
+//! `dapple validate`: whether a file is a valid stream, and if not, where and why.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+use super::stream::{self, FaultReport};
+use super::{output, tell};
+use crate::Result;
+use crate::codec::Event;
+
+/// Check a stream: exit code 0 if it is valid, 1 with the first fault if it is not.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The stream.
+    file: PathBuf,
+    /// Accept a live stream, which may stop after any commit.
+    #[arg(long)]
+    live: bool,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    valid: bool,
+    frames: u64,
+    #[serde(flatten)]
+    fault: Option<FaultReport>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Io` where the file cannot be read.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let mut frames = 0;
+    let outcome = stream::decode(&args.file, args.live, |_, event| {
+        frames += u64::from(matches!(event, Event::Frame(_)));
+        Ok(())
+    })?;
+    let fault = outcome.fault.as_ref();
+    if args.json {
+        let valid = fault.is_none();
+        output::print_json(&Report { valid, frames, fault: fault.map(FaultReport::new) })?;
+    } else if let Some(fault) = fault {
+        tell(&stream::error(&args.file, fault));
+    } else {
+        output::print(&format!(
+            "valid: {frames} frames in {} records, {} bytes\n",
+            outcome.records.total().records,
+            outcome.bytes
+        ))?;
+    }
+    Ok(if fault.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
