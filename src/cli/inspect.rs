@@ -211,10 +211,9 @@ impl Report {
         }
         if let Some([ticks, seconds]) = self.tick_rate {
             let hz = f64::from(ticks) / f64::from(seconds);
-            text += &format!(", {hz:.6}")
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_string();
+            let rounded = format!("{hz:.6}");
+            text += ", ";
+            text += rounded.trim_end_matches('0').trim_end_matches('.');
             text += " ticks a second";
         }
         let end = match (&self.fault, self.ended) {
@@ -295,13 +294,13 @@ impl Report {
             "buckets",
             "cells",
             "points",
-            "path",
         ];
         let mut rows = vec![names.map(String::from).to_vec()];
         for t in self.tracks.iter().take(LISTED_TRACKS) {
             let [dx, dy, dz] = t.dims;
+            let path: String = t.path.chars().filter(|c| !c.is_control()).collect();
             rows.push(vec![
-                t.id.to_string(),
+                format!("{} {path}", t.id),
                 t.space.to_string(),
                 format!("{dx}x{dy}x{dz}"),
                 format!("{:.4}", t.radius),
@@ -309,7 +308,6 @@ impl Report {
                 t.buckets.to_string(),
                 t.cells.to_string(),
                 t.points.to_string(),
-                t.path.chars().filter(|c| !c.is_control()).collect(),
             ]);
         }
         let sum = |f: fn(&TrackReport) -> u64| self.tracks.iter().map(f).sum::<u64>().to_string();
