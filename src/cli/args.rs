@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use glam::Vec3;
 
 use crate::Result;
+use crate::codec::Compression;
 use crate::codec::points::PointWidths;
 use crate::scene::Scene;
 
@@ -76,8 +77,9 @@ pub struct EncodeArgs {
     /// Bits of a packed point.
     #[arg(long, value_name = "BITS", default_value = "32")]
     pub width: Width,
-    /// `zstd`, `zstd:LEVEL` (1 to 22), `lz4` or `none`.
-    #[arg(long, value_name = "METHOD", default_value = "zstd:15")]
+    /// `zstd:LEVEL` (1 to 19) with the lazy strategy, as in the paper; `zstd:LEVEL:auto` with the
+    /// level's own; `lz4`; or `none`.
+    #[arg(long, value_name = "METHOD", default_value = "zstd:15", value_parser = compression)]
     pub compression: Compression,
     /// Frames from one keyframe to the next; only the first frame is one if not given.
     #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..))]
@@ -149,15 +151,6 @@ pub enum Width {
     Bits24,
     #[value(name = "16")]
     Bits16,
-}
-
-/// How records are compressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Compression {
-    None,
-    Lz4,
-    /// Level 1 to 22.
-    Zstd(i32),
 }
 
 /// A rate in Hz as a fraction, both parts positive.
@@ -258,34 +251,6 @@ impl std::str::FromStr for Rate {
     }
 }
 
-impl std::fmt::Display for Compression {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Compression::None => f.write_str("none"),
-            Compression::Lz4 => f.write_str("lz4"),
-            Compression::Zstd(level) => write!(f, "zstd:{level}"),
-        }
-    }
-}
-
-impl std::str::FromStr for Compression {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Compression, String> {
-        let level = |text: &str| text.parse::<i32>().ok().filter(|l| (1..=22).contains(l));
-        let parsed = match text {
-            "none" => Some(Compression::None),
-            "lz4" => Some(Compression::Lz4),
-            "zstd" => Some(Compression::Zstd(15)),
-            _ => text
-                .strip_prefix("zstd:")
-                .and_then(level)
-                .map(Compression::Zstd),
-        };
-        parsed.ok_or_else(|| "compression is none, lz4, zstd or zstd:1 to zstd:22".to_string())
-    }
-}
-
 type Parsed<T> = std::result::Result<T, String>;
 
 /// A finite number within a range, or a sentence that says what is wanted.
@@ -296,6 +261,30 @@ fn number(text: &str, range: impl std::ops::RangeBounds<f64>, wanted: &str) -> P
         .ok()
         .filter(|v| v.is_finite() && range.contains(v));
     value.ok_or_else(|| format!("expected {wanted}"))
+}
+
+fn compression(text: &str) -> Parsed<Compression> {
+    let zstd = |text: &str| {
+        let (level, lazy) = match text.strip_suffix(":auto") {
+            Some(level) => (level, false),
+            None => (text, true),
+        };
+        let level = level
+            .parse::<i32>()
+            .ok()
+            .filter(|level| (1..=19).contains(level))?;
+        Some(Compression::Zstd { level, lazy })
+    };
+    let parsed = match text {
+        "none" => Some(Compression::None),
+        "lz4" => Some(Compression::Lz4),
+        "zstd" => zstd("15"),
+        _ => text.strip_prefix("zstd:").and_then(zstd),
+    };
+    parsed.ok_or_else(|| {
+        "expected none, lz4, or zstd:1 to zstd:19, with :auto for the level's own strategy"
+            .to_string()
+    })
 }
 
 fn density(text: &str) -> Parsed<f64> {
@@ -384,14 +373,27 @@ mod tests {
         );
         assert_eq!(
             (e.threshold, e.compression, e.fps.hz()),
-            (4, Compression::Zstd(15), 60.0)
+            (
+                4,
+                Compression::Zstd {
+                    level: 15,
+                    lazy: true
+                },
+                60.0
+            )
         );
         assert_eq!(
             (e.width, e.keyframe_interval, e.no_visibility),
             (Width::Bits32, None, false)
         );
         assert_eq!(all.scene.view.size, (480, 270));
-        assert_eq!(all.scene.view.seconds(e.fps), 0.0);
+        let auto = Compression::Zstd {
+            level: 3,
+            lazy: false,
+        };
+        let other = parse("hall --compression zstd:3:auto").expect("parsed");
+        assert_eq!(other.encode.compression, auto);
+        assert_eq!(all.scene.view.seconds(all.encode.fps), 0.0);
     }
 
     #[test]
@@ -421,8 +423,7 @@ mod tests {
             (Width::Bits24, 24),
             (Width::Bits16, 16),
         ] {
-            let w = width.widths();
-            assert_eq!(1 + 3 * w.position + 2 * w.normal + w.ao, bits);
+            assert_eq!(width.widths().bits(), bits);
         }
     }
 
@@ -448,7 +449,7 @@ mod tests {
             "--fps 4000000000",
             "--seed -1",
             "--width 31",
-            "--compression zstd:23",
+            "--compression zstd:20",
             "--compression zstd:",
             "--compression gzip",
             "--keyframe-interval 0",

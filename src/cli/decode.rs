@@ -52,8 +52,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
             Event::Frame(frame) => {
                 let digest = decoder.state_digest();
-                writeln!(out, "frame {} {} {digest:016x}", frame.number, frame.tick)
-                    .and_then(|()| if args.dump { dump(decoder, &mut out) } else { Ok(()) })
+                writeln!(out, "frame {} {} {digest:016x}", frame.number, frame.tick).and_then(
+                    |()| {
+                        if args.dump {
+                            dump(decoder, &mut out)
+                        } else {
+                            Ok(())
+                        }
+                    },
+                )
             }
             Event::End => writeln!(out, "end"),
             _ => Ok(()),
@@ -101,20 +108,21 @@ fn dump(decoder: &Decoder, out: &mut impl Write) -> std::io::Result<()> {
     Ok(())
 }
 
-fn dump_buckets(
-    decoder: &Decoder,
-    live: &LiveTrack,
-    out: &mut impl Write,
-) -> std::io::Result<()> {
+fn dump_buckets(decoder: &Decoder, live: &LiveTrack, out: &mut impl Write) -> std::io::Result<()> {
     let digits = live.track.grid().widths.bits() as usize / 4;
-    for (index, bucket) in super::inspect::buckets(decoder, live).iter().enumerate() {
+    for (index, bucket) in stream::buckets(decoder, live).iter().enumerate() {
         if bucket.0[0] == EMPTY {
             continue;
         }
         write!(out, "bucket {} {index}", live.track.id)?;
-        for cell in super::inspect::cells_of(decoder, live, bucket) {
+        for cell in stream::cells_of(decoder, live, bucket) {
             write!(out, " {}:", cell.key)?;
-            for (i, point) in cell.points.iter().take_while(|&&point| point != 0).enumerate() {
+            for (i, point) in cell
+                .points
+                .iter()
+                .take_while(|&&point| point != 0)
+                .enumerate()
+            {
                 let comma = if i > 0 { "," } else { "" };
                 write!(out, "{comma}{point:0digits$x}")?;
             }

@@ -14,8 +14,13 @@ use crate::{Error, Result};
 
 pub mod args;
 pub mod compare;
+pub mod decode;
+pub mod inspect;
 pub mod output;
 pub mod progress;
+pub mod records;
+pub mod stream;
+pub mod validate;
 
 /// Streamed and baked low-frequency light: encoder, decoder, reference and measurements.
 #[derive(Debug, Parser)]
@@ -27,6 +32,9 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Inspect(inspect::Args),
+    Validate(validate::Args),
+    Decode(decode::Args),
     Compare(compare::Args),
 }
 
@@ -41,6 +49,9 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match cli.command {
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Validate(args) => validate::run(&args),
+        Command::Decode(args) => decode::run(&args),
         Command::Compare(args) => compare::run(&args),
     };
     finish(result)

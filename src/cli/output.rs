@@ -50,14 +50,24 @@ pub fn columns(rows: &[Vec<String>]) -> String {
     let length = |text: &str| text.chars().count();
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let widths: Vec<usize> = (0..count)
-        .map(|c| rows.iter().filter_map(|row| row.get(c)).map(|t| length(t)).max().unwrap_or(0))
+        .map(|c| {
+            rows.iter()
+                .filter_map(|row| row.get(c))
+                .map(|t| length(t))
+                .max()
+                .unwrap_or(0)
+        })
         .collect();
     let mut text = String::new();
     for row in rows {
         let mut line = String::new();
         for (i, (value, &width)) in row.iter().zip(&widths).enumerate() {
             let padding = " ".repeat(width - length(value));
-            line += &if i == 0 { format!("{value}{padding}") } else { format!("  {padding}{value}") };
+            line += &if i == 0 {
+                format!("{value}{padding}")
+            } else {
+                format!("  {padding}{value}")
+            };
         }
         text += line.trim_end();
         text.push('\n');

@@ -47,7 +47,9 @@ impl RecordScan {
     pub fn push(&mut self, mut bytes: &[u8]) {
         while !bytes.is_empty() && !self.lost {
             if self.skip > 0 {
-                let skipped = usize::try_from(self.skip).unwrap_or(usize::MAX).min(bytes.len());
+                let skipped = usize::try_from(self.skip)
+                    .unwrap_or(usize::MAX)
+                    .min(bytes.len());
                 self.skip -= skipped as u64;
                 bytes = &bytes[skipped..];
                 continue;
@@ -74,16 +76,27 @@ impl RecordScan {
 
     /// Number, name and total of each type that occurred, by number.
     pub fn by_type(&self) -> impl Iterator<Item = (u16, &'static str, RecordTotal)> {
-        self.totals.iter().map(|(&number, &total)| (number, record_type::name(number), total))
+        self.totals
+            .iter()
+            .map(|(&number, &total)| (number, record_type::name(number), total))
     }
 
     /// All types together.
     pub fn total(&self) -> RecordTotal {
-        self.totals.values().fold(RecordTotal::default(), |sum, t| RecordTotal {
-            records: sum.records + t.records,
-            stored_bytes: sum.stored_bytes + t.stored_bytes,
-            unpacked_bytes: sum.unpacked_bytes + t.unpacked_bytes,
-        })
+        self.totals
+            .values()
+            .fold(RecordTotal::default(), |sum, total| sum.plus(total))
+    }
+}
+
+impl RecordTotal {
+    /// The sum of two totals.
+    pub fn plus(&self, other: &RecordTotal) -> RecordTotal {
+        RecordTotal {
+            records: self.records + other.records,
+            stored_bytes: self.stored_bytes + other.stored_bytes,
+            unpacked_bytes: self.unpacked_bytes + other.unpacked_bytes,
+        }
     }
 }
 
@@ -93,9 +106,11 @@ mod tests {
 
     fn stream() -> Vec<u8> {
         let mut bytes = vec![7; PREAMBLE_BYTES];
-        for (record_type, stored_bytes, unpacked_bytes) in
-            [(record_type::POINTS, 5, 50), (record_type::COMMIT, 0, 0), (record_type::POINTS, 70, 80)]
-        {
+        for (record_type, stored_bytes, unpacked_bytes) in [
+            (record_type::POINTS, 5, 50),
+            (record_type::COMMIT, 0, 0),
+            (record_type::POINTS, 70, 80),
+        ] {
             let header = RecordHeader {
                 record_type,
                 critical: true,

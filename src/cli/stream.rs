@@ -7,15 +7,17 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::records::RecordScan;
-use crate::codec::{self, Decoder, Event, Kind, Layer, Limit, Limits};
+use crate::codec::points::{Bucket, Cell, EMPTY};
+use crate::codec::{self, Decoder, Event, Kind, Layer, Limit, Limits, LiveTrack};
 use crate::{Error, Result};
 
 /// Bytes read at once.
 const PIECE: usize = 64 << 10;
 
 /// What a stream came to.
-#[derive(Debug)]
 pub struct Outcome {
+    /// Holds the state of the last commit.
+    pub decoder: Decoder,
     /// Bytes read: all of the file, or up to the piece with the fault.
     pub bytes: u64,
     /// Records by type, up to the fault.
@@ -38,11 +40,18 @@ pub fn decode(
     live: bool,
     mut on_event: impl FnMut(&Decoder, Event) -> Result<()>,
 ) -> Result<Outcome> {
-    let io = |source| Error::Io { path: path.to_path_buf(), source };
+    let io = |source| Error::Io {
+        path: path.to_path_buf(),
+        source,
+    };
     let mut file = File::open(path).map_err(io)?;
-    let mut decoder = Decoder::new(Limits::default());
-    let mut outcome =
-        Outcome { bytes: 0, records: RecordScan::default(), ended: false, fault: None };
+    let mut outcome = Outcome {
+        decoder: Decoder::new(Limits::default()),
+        bytes: 0,
+        records: RecordScan::default(),
+        ended: false,
+        fault: None,
+    };
     let mut piece = vec![0; PIECE];
     loop {
         let length = match file.read(&mut piece) {
@@ -55,7 +64,7 @@ pub fn decode(
         outcome.records.push(&piece[..length]);
         let mut rest = &piece[..length];
         while !rest.is_empty() {
-            match decoder.push(rest) {
+            match outcome.decoder.push(rest) {
                 Ok((used, event)) => {
                     rest = &rest[used..];
                     match event {
@@ -63,7 +72,7 @@ pub fn decode(
                         Event::End => outcome.ended = true,
                         _ => {}
                     }
-                    on_event(&decoder, event)?;
+                    on_event(&outcome.decoder, event)?;
                 }
                 Err(fault) => {
                     outcome.fault = Some(fault);
@@ -72,9 +81,36 @@ pub fn decode(
             }
         }
     }
-    let end = if live { decoder.finish_live() } else { decoder.finish() };
+    let decoder = &outcome.decoder;
+    let end = if live {
+        decoder.finish_live()
+    } else {
+        decoder.finish()
+    };
     outcome.fault = end.err();
     Ok(outcome)
+}
+
+/// The committed buckets of a track.
+pub fn buckets<'d>(decoder: &'d Decoder, live: &LiveTrack) -> &'d [Bucket] {
+    let first = live.first_bucket as usize;
+    let count = live.track.grid().bucket_count as usize;
+    decoder
+        .points()
+        .buckets()
+        .get(first..first + count)
+        .unwrap_or(&[])
+}
+
+/// The cells that a bucket of a track names, in its order.
+pub fn cells_of<'d>(
+    decoder: &'d Decoder,
+    live: &LiveTrack,
+    bucket: &'d Bucket,
+) -> impl Iterator<Item = &'d Cell> + use<'d> {
+    let first = live.first_cell as usize;
+    let used = bucket.0.iter().take_while(|&&entry| entry != EMPTY);
+    used.filter_map(move |&entry| decoder.points().cells().get(first + entry as usize))
 }
 
 /// A fault of a stream as a sentence that names the file.
@@ -118,7 +154,11 @@ impl FaultReport {
             Kind::Checksum => "Checksum",
             Kind::MissingBase => "MissingBase",
             Kind::Usage => "Usage",
-            Kind::LimitExceeded { which: limit, asked: claim, allowed: bound } => {
+            Kind::LimitExceeded {
+                which: limit,
+                asked: claim,
+                allowed: bound,
+            } => {
                 (which, asked, allowed) = (Some(limit_name(limit)), Some(claim), Some(bound));
                 "LimitExceeded"
             }

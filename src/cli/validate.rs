@@ -44,7 +44,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let fault = outcome.fault.as_ref();
     if args.json {
         let valid = fault.is_none();
-        output::print_json(&Report { valid, frames, fault: fault.map(FaultReport::new) })?;
+        output::print_json(&Report {
+            valid,
+            frames,
+            fault: fault.map(FaultReport::new),
+        })?;
     } else if let Some(fault) = fault {
         tell(&stream::error(&args.file, fault));
     } else {
@@ -54,5 +58,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             outcome.bytes
         ))?;
     }
-    Ok(if fault.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if fault.is_none() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(1)
+    })
 }

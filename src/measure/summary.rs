@@ -31,7 +31,10 @@ pub struct EncodeSummary {
     pub bytes_steady: u64,
     /// Bytes of keyframes after the first frame.
     pub bytes_keyframes: u64,
-    /// Mean rate in Mbit/s of the frames after the first, without keyframes; `None` for one frame.
+    /// Keyframes after the first frame.
+    pub later_keyframes: u64,
+    /// Mean rate in Mbit/s of the frames after the first that are no keyframes; `None` where there
+    /// are none.
     pub mbps_steady: Option<f64>,
     /// Mean rate in Mbit/s of the frames after the first, keyframes included.
     pub mbps_with_keyframes: Option<f64>,
@@ -65,7 +68,8 @@ impl EncodeSummary {
     /// Fills in the rates from bytes, frames and `fps`.
     pub fn with_rates(mut self) -> EncodeSummary {
         let later = self.frames.saturating_sub(1);
-        self.mbps_steady = mbit_per_second(self.bytes_steady, later, self.fps);
+        let plain = later.saturating_sub(self.later_keyframes);
+        self.mbps_steady = mbit_per_second(self.bytes_steady, plain, self.fps);
         let all = self.bytes_steady.saturating_add(self.bytes_keyframes);
         self.mbps_with_keyframes = mbit_per_second(all, later, self.fps);
         self
@@ -79,17 +83,18 @@ mod tests {
     #[test]
     fn rates_leave_the_first_frame_out() {
         let summary = EncodeSummary {
-            frames: 61,
+            frames: 61 + 60,
             fps: 60.0,
             bytes_startup: 99_000_000,
             bytes_steady: 1_000_000,
             bytes_keyframes: 500_000,
+            later_keyframes: 60,
             ..EncodeSummary::default()
         }
         .with_rates();
         assert_eq!(
             (summary.mbps_steady, summary.mbps_with_keyframes),
-            (Some(8.0), Some(12.0))
+            (Some(8.0), Some(6.0))
         );
         let one = EncodeSummary {
             frames: 1,
