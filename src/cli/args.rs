@@ -299,7 +299,7 @@ fn thinning(text: &str) -> Parsed<f64> {
     number(text, 1.0..=100.0, "a ratio from 1 (keep all) to 100")
 }
 
-fn distance(text: &str) -> Parsed<f32> {
+pub fn distance(text: &str) -> Parsed<f32> {
     number(text, 1e-4..=1e4, "metres from 0.0001 to 10000").map(|v| v as f32)
 }
 

@@ -15,10 +15,13 @@ use crate::{Error, Result};
 pub mod args;
 pub mod compare;
 pub mod decode;
+pub mod encode;
 pub mod inspect;
+pub mod job;
 pub mod output;
 pub mod progress;
 pub mod records;
+pub mod render;
 pub mod stream;
 pub mod validate;
 
@@ -32,6 +35,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Encode(encode::Args),
+    Render(render::Args),
     Inspect(inspect::Args),
     Validate(validate::Args),
     Decode(decode::Args),
@@ -49,6 +54,8 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match cli.command {
+        Command::Encode(args) => encode::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Decode(args) => decode::run(&args),

@@ -5,7 +5,7 @@
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`difference`]: pictures of signed differences
 //! - [`bitrate`]: bytes to Mbit/s
-//! - [`summary`]: the figures of an encoding run under their documented names
+//! - [`reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
 
 pub mod bitrate;
@@ -13,8 +13,8 @@ pub mod chart;
 pub mod difference;
 pub mod flip;
 pub mod metrics;
+pub mod reference;
 pub mod report;
 pub mod ssim;
 pub mod stability;
-pub mod summary;
 pub mod table;

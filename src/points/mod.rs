@@ -1,10 +1,12 @@
 //! `points`: ambient occlusion at surface points (PSAO).
 //!
 //! Server: [`place`] -> [`server`] (with [`grid`], [`store`], [`chunks`], [`frustum`]) ->
-//! [`stream`]. Client: [`sample`].
+//! [`stream`]. Client: [`client`] -> [`sample`].
 
 #[cfg(feature = "encode")]
 pub mod chunks;
+#[cfg(feature = "encode")]
+pub mod client;
 #[cfg(feature = "encode")]
 pub mod eliminate;
 #[cfg(feature = "encode")]

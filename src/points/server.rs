@@ -75,7 +75,7 @@ impl Default for Options {
             space: Space::Posed,
             seed: 0,
             visibility: true,
-            margin: 15f32.to_radians(),
+            margin: 10f32.to_radians(),
             aspect: 16.0 / 9.0,
             budget: None,
         }

@@ -37,7 +37,7 @@ pub struct Job {
     /// Frames, the start-up frame included.
     pub frames: usize,
     /// Server frames a second.
-    pub fps: u32,
+    pub rate: TickRate,
     /// Seconds into the animation at which the first frame lies.
     pub start: f64,
     /// Frames between keyframes; 0 for none after the first.
@@ -52,7 +52,7 @@ pub struct Report {
     pub scene: String,
     pub seed: u64,
     pub frames: usize,
-    pub fps: u32,
+    pub fps: f64,
     /// Candidates per square metre, before thinning.
     pub density: f32,
     pub candidates: usize,
@@ -179,7 +179,7 @@ impl<'s> Stream<'s> {
     ) -> Result<Self> {
         let scene = server.scene();
         let config = EncoderConfig {
-            tick_rate: TickRate { numerator: job.fps, denominator: 1 },
+            tick_rate: job.rate,
             ..EncoderConfig::default()
         };
         let before = out.len();
@@ -193,7 +193,7 @@ impl<'s> Stream<'s> {
             report: Report {
                 scene: scene.name.clone(),
                 seed: job.options.seed,
-                fps: job.fps,
+                fps: hz(job.rate),
                 density: job.options.density.candidates,
                 candidates: tracks.iter().map(Track::candidates).sum(),
                 points: tracks.iter().map(Track::points).sum(),
@@ -224,7 +224,7 @@ impl<'s> Stream<'s> {
     }
 
     fn time_of(&self, frame: usize) -> f64 {
-        self.job.start + frame as f64 / self.job.fps as f64
+        self.job.start + frame as f64 / hz(self.job.rate)
     }
 
     /// Runs the server for one tick and writes its frame; `None` after the last.
@@ -258,7 +258,7 @@ impl<'s> Stream<'s> {
         let mut report = self.report;
         let ticks = self.frame.saturating_sub(1).max(1);
         let rate = |bytes: u64, frames: usize| {
-            bytes as f64 * 8e-6 * self.job.fps as f64 / frames.max(1) as f64
+            bytes as f64 * 8e-6 * hz(self.job.rate) / frames.max(1) as f64
         };
         report.frames = self.frame;
         report.stage_ms = self.stages.scaled(1.0 / ticks as f64);
@@ -348,7 +348,7 @@ impl<'s> Stream<'s> {
     }
 
     fn commit(&mut self, out: &mut Vec<u8>, digest: Option<u64>) -> Result<()> {
-        let tick = (self.job.start * self.job.fps as f64).round() as u64 + self.frame as u64;
+        let tick = (self.job.start * hz(self.job.rate)).round() as u64 + self.frame as u64;
         self.encoder.commit(out, tick, digest)?;
         self.frame += 1;
         Ok(())
@@ -362,6 +362,10 @@ impl<'s> Stream<'s> {
         }
         digest.finish()
     }
+}
+
+fn hz(rate: TickRate) -> f64 {
+    rate.numerator as f64 / rate.denominator as f64
 }
 
 /// Changed buckets and cells of one track.

@@ -16,6 +16,7 @@ pub mod shade;
 pub mod view;
 
 use crate::Result;
+use crate::points::client::PointsState;
 use crate::points::sample::Fallback;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
@@ -23,7 +24,7 @@ pub use gbuffer::Lookup;
 use gbuffer::{GBuffer, Visibility};
 use gpu::Gpu;
 pub use image::Picture;
-use points::{PointsAo, PointsPass, PointsState};
+use points::{PointsAo, PointsPass};
 use raster::Raster;
 use shade::{SUBPIXELS, Shade};
 use view::View;

@@ -3,31 +3,12 @@
 
 use super::gbuffer::{GBuffer, NONE};
 use super::gpu::Gpu;
+use crate::points::client::{PointsState, PointsTrack};
 use crate::points::sample::{self, Case, Fallback, GridTransform, NO_TRACK};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
-use dapple_codec::points::{Bucket, Cell, Grid};
+use dapple_codec::points::{Bucket, Cell};
 use rayon::prelude::*;
-
-/// Where a track's state lies in the shared buffers.
-#[derive(Clone, Copy, Debug)]
-pub struct PointsTrack {
-    pub grid: Grid,
-    /// Index of its first bucket; `grid.bucket_count` of them are its own.
-    pub first_bucket: u32,
-    /// Index of its first cell; `grid.cell_capacity` of them are its own.
-    pub first_cell: u32,
-}
-
-/// The decoded state of all tracks, as it lies in the decoder.
-#[derive(Clone, Copy, Debug)]
-pub struct PointsState<'a> {
-    pub tracks: &'a [PointsTrack],
-    pub buckets: &'a [Bucket],
-    pub cells: &'a [Cell],
-    /// Per instance of the scene, an index into `tracks`; beyond its end there is none.
-    pub track_of_instance: &'a [Option<u32>],
-}
 
 /// How the pixels that see geometry came by their AO.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

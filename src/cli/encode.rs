@@ -1,0 +1,93 @@
+//! `dapple encode`: runs the server on a scene and writes a stream.
+
+use super::args::{EncodeArgs, SceneArgs};
+use super::progress::Progress;
+use super::{job, output};
+use crate::measure::table::grouped;
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Ray-trace a scene's light and write it as a stream.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    encode: EncodeArgs,
+    /// Where the stream goes.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Print the figures as one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Scene` for an unusable scene, `Io` where the stream cannot be written, `Invalid` for what the
+/// scene does not have. The output file appears whole or not at all.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let scene = args.scene.open()?;
+    let job = args.encode.job(&scene, &args.scene.view)?;
+    let io = |source| Error::Io { path: args.output.clone(), source };
+    let unfinished = beside(&args.output);
+    let mut file = BufWriter::new(File::create(&unfinished).map_err(|source| Error::Io {
+        path: unfinished.clone(),
+        source,
+    })?);
+
+    let mut write = || -> Result<_> {
+        let mut bytes = Vec::new();
+        let frames = job.frames;
+        let mut stream = job::start(&scene, job.clone(), &mut bytes)?;
+        let bar = Progress::new("Encoding frames", frames as u64);
+        loop {
+            file.write_all(&bytes).map_err(io)?;
+            bytes.clear();
+            bar.step(1);
+            if stream.next_frame(&mut bytes)?.is_none() {
+                break;
+            }
+        }
+        let report = stream.finish(&mut bytes)?;
+        file.write_all(&bytes).and_then(|()| file.flush()).map_err(io)?;
+        std::fs::rename(&unfinished, &args.output).map_err(io)?;
+        Ok(report)
+    };
+    let report = write().inspect_err(|_| {
+        let _ = std::fs::remove_file(&unfinished);
+    })?;
+
+    if args.json {
+        output::print_json(&report)?;
+    } else {
+        output::print(&format!(
+            "{}: {} frames at {} Hz, {} points in {} cells, {} dropped\n\
+             start-up {} bytes, then {:.3} Mbit/s; {} changed points and {} rays a frame, \
+             {:.1} ms a frame\n",
+            args.output.display(),
+            report.frames,
+            report.fps,
+            grouped(report.points as u64),
+            grouped(report.cells as u64),
+            grouped(report.dropped_points),
+            grouped(report.bytes_startup),
+            report.mbps_steady,
+            grouped((report.changed_points / report.frames.max(2).saturating_sub(1)) as u64),
+            grouped(report.rays / report.frames.max(2).saturating_sub(1) as u64),
+            report.stage_ms.total(),
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The name of the output while it is written.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    path.with_file_name(name)
+}

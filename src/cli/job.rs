@@ -1,0 +1,106 @@
+//! From arguments to what the library is asked for.
+
+use super::args::{self, EncodeArgs, SceneArgs, ViewArgs};
+use super::progress::Progress;
+use crate::codec::TickRate;
+use crate::points::place::Density;
+use crate::points::server::{Options, Space};
+use crate::points::store::Overflow;
+use crate::points::stream::{Job, Stream, View};
+use crate::scene::Scene;
+use crate::scene::camera::{DEFAULT_YFOV, look_at};
+use crate::{Error, Result};
+
+impl ViewArgs {
+    /// The eyes that `--camera`, or `--eye` and `--target`, ask for.
+    ///
+    /// # Errors
+    /// `Invalid` for a camera that the scene does not have.
+    pub fn view(&self, scene: &Scene) -> Result<View> {
+        if let Some((eye, target)) = self.look() {
+            return Ok(View::Fixed(look_at(eye, target, DEFAULT_YFOV)));
+        }
+        Ok(match scene.find_camera(self.camera.as_deref().unwrap_or(""))? {
+            Some(camera) => View::Camera(camera),
+            None => View::Fixed(scene.framing_camera(&scene.pose(0.0))),
+        })
+    }
+
+    /// Width over height.
+    pub fn aspect(&self) -> f32 {
+        self.size.0 as f32 / self.size.1 as f32
+    }
+}
+
+impl EncodeArgs {
+    /// The server's options.
+    pub fn options(&self, aspect: f32) -> Options {
+        Options {
+            density: Density {
+                candidates: self.density as f32,
+                thinning: self.thinning as f32,
+            },
+            rays: self.rays,
+            distance: self.distance,
+            threshold: self.threshold as f32 / 255.0,
+            widths: self.width.widths(),
+            overflow: match self.overflow {
+                args::Overflow::Chain => Overflow::Chain,
+                args::Overflow::Drop => Overflow::Drop,
+            },
+            space: match self.space {
+                args::Space::Posed => Space::Posed,
+                args::Space::Rest => Space::Rest,
+            },
+            seed: self.seed as u64,
+            visibility: !self.no_visibility,
+            margin: self.fov_margin.to_radians(),
+            aspect,
+            budget: self.budget.map(|b| b as usize),
+        }
+    }
+
+    /// The whole job. Without `--frames` it takes the length of the animation, or one frame.
+    ///
+    /// # Errors
+    /// As [`ViewArgs::view`].
+    pub fn job(&self, scene: &Scene, view: &ViewArgs) -> Result<Job> {
+        let rate = TickRate { numerator: self.fps.numerator, denominator: self.fps.denominator };
+        let whole = (scene.duration as f64 * self.fps.hz()).round().max(1.0) as usize;
+        Ok(Job {
+            options: self.options(view.aspect()),
+            view: view.view(scene)?,
+            frames: self.frames.map_or(whole, |f| f as usize),
+            rate,
+            start: view.seconds(self.fps),
+            keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
+            compression: self.compression,
+        })
+    }
+}
+
+impl SceneArgs {
+    /// Loads the scene and tells its warnings.
+    ///
+    /// # Errors
+    /// As [`SceneArgs::load`].
+    pub fn open(&self) -> Result<Scene> {
+        let scene = self.load()?;
+        for warning in &scene.warnings {
+            super::tell(&Error::Invalid(format!("warning: {}: {warning}", scene.name)));
+        }
+        Ok(scene)
+    }
+}
+
+/// [`Stream::start`] with a progress bar.
+///
+/// # Errors
+/// As [`Stream::start`].
+pub fn start<'s>(scene: &'s Scene, job: Job, out: &mut Vec<u8>) -> Result<Stream<'s>> {
+    let mut bar = None;
+    Stream::start(scene, job, out, &mut |done, all| {
+        let bar = bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64));
+        bar.at(done as u64);
+    })
+}

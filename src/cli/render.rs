@@ -1,0 +1,187 @@
+//! `dapple render`: one picture of a scene, lit by a stream or by a reference.
+
+use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
+use super::output;
+use crate::codec::Limits;
+use crate::measure::reference::{RAYS, rtao};
+use crate::points::client::Client;
+use crate::points::sample::Fallback;
+use crate::render::gbuffer::Lookup;
+use crate::render::{Backend, Renderer, composite};
+use crate::trace::Tracer;
+use crate::{Error, Result};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Render one frame of a scene to a PNG file, its ambient occlusion out of a stream.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The stream; not needed for `--method rtao` and `none`.
+    #[arg(value_name = "STREAM")]
+    stream: Option<PathBuf>,
+    /// The scene that the stream was made for: a glTF file, or `hall`.
+    #[arg(long, value_name = "SCENE")]
+    scene: String,
+    #[command(flatten)]
+    view: ViewArgs,
+    #[command(flatten)]
+    client: ClientArgs,
+    /// Where ambient occlusion comes from.
+    #[arg(long, default_value = "points")]
+    method: Method,
+    /// Frames a second that `--frame` counts in.
+    #[arg(long, value_name = "RATE", default_value = "60")]
+    fps: Rate,
+    /// Length of the reference's occlusion rays in metres.
+    #[arg(long, value_name = "M", default_value = "0.6", value_parser = args::distance)]
+    distance: f32,
+    /// Rays a pixel of the reference.
+    #[arg(long, value_name = "COUNT", default_value_t = RAYS,
+        value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    rays: u32,
+    /// What draws.
+    #[arg(long, default_value = "auto")]
+    backend: Drawing,
+    /// Write ambient occlusion alone, as a gray picture.
+    #[arg(long)]
+    ao_only: bool,
+    /// The PNG file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Method {
+    /// Out of the stream.
+    Points,
+    /// Ray-traced per pixel: the reference.
+    Rtao,
+    /// AO = 1.
+    None,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Drawing {
+    /// A graphics device if there is one, else the CPU.
+    Auto,
+    Gpu,
+    Cpu,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Scene`, `Io`, `Codec` for unusable files, `Invalid` for what scene or stream do not have.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let scene = SceneArgs { scene: args.scene.clone(), view: args.view.clone() }.open()?;
+    let view = args.view.view(&scene)?;
+    let seconds = args.view.seconds(args.fps);
+    let pose = scene.pose(seconds);
+    let (width, height) = args.view.size;
+    let backend = match args.backend {
+        Drawing::Auto => Backend::Auto,
+        Drawing::Gpu => Backend::Gpu,
+        Drawing::Cpu => Backend::Cpu,
+    };
+    let mut renderer = Renderer::new(&scene, backend)?;
+    let camera = view.at(&pose);
+
+    let mut note = String::new();
+    let (frame, ao) = match args.method {
+        Method::None => {
+            let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
+            let open = vec![1.0; frame.gbuffer.fragments.len()];
+            (frame, open)
+        }
+        Method::Rtao => {
+            let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
+            let tracer = Tracer::new(&scene, &pose);
+            let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, args.distance, 0);
+            let ao = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+            (frame, ao)
+        }
+        Method::Points => {
+            let path = args.stream.as_deref().ok_or_else(|| {
+                Error::Invalid("name a stream, or choose --method rtao or none".into())
+            })?;
+            // The newest server frame that has arrived by now.
+            let sent = args.client.newest_at(seconds, args.fps);
+            let client = read_until(path, &scene, sent)?;
+            let (number, time) = client.last_frame().ok_or_else(|| {
+                Error::Invalid(format!("{}: the stream has no frame", path.display()))
+            })?;
+            let server_pose = scene.pose(time);
+            let lookup = if client.looks_up_rest_pose() {
+                Lookup::Rest
+            } else {
+                Lookup::Posed(&server_pose)
+            };
+            let frame = renderer.frame(&pose, lookup, &camera, width, height)?;
+            let points = renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
+            let c = points.counts;
+            let all = (c.found + c.mended + c.none + c.untracked).max(1) as f64;
+            note = format!(
+                "; stream frame {number}, {:.3} % of fragments without a point in reach",
+                100.0 * (c.mended + c.none) as f64 / all
+            );
+            (frame, points.ao)
+        }
+    };
+    let picture = if args.ao_only {
+        composite::ao_picture(&frame.gbuffer, &ao)?
+    } else {
+        frame.composite(Some(&ao))
+    };
+    picture.write_png(&args.output)?;
+    output::print(&format!("{}: drawn by {}{note}\n", args.output.display(), renderer.name()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+impl ClientArgs {
+    /// Animation time of the newest server frame that a client showing `seconds` has.
+    pub fn newest_at(&self, seconds: f64, stream_rate: Rate) -> f64 {
+        let server = self.server_fps.unwrap_or(stream_rate).hz();
+        let arrived = (seconds - self.latency_ms * 1e-3).max(0.0);
+        (arrived * server + 1e-6).floor() / server
+    }
+
+    pub fn fallback(&self) -> Fallback {
+        match self.fallback {
+            args::Fallback::One => Fallback::One,
+            args::Fallback::Nearest => Fallback::Mend,
+        }
+    }
+}
+
+/// Decodes a stream up to the last frame whose time is not after `seconds`; the first frame in any
+/// case.
+fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<Client> {
+    let io = |source| Error::Io { path: path.into(), source };
+    let mut file = std::fs::File::open(path).map_err(io)?;
+    let mut client = Client::new(scene, Limits::default());
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        let read = file.read(&mut buffer).map_err(io)?;
+        if read == 0 {
+            client.decoder().finish_live()?;
+            return Ok(client);
+        }
+        let mut bytes = &buffer[..read];
+        while !bytes.is_empty() && !client.ended() {
+            // The rate is known once the first frame is there.
+            let next = client.last_frame().map_or(0, |(number, _)| number + 1);
+            if let (Some((_, time)), Some(rate)) = (client.last_frame(), client.decoder().tick_rate()) {
+                let step = rate.denominator as f64 / rate.numerator as f64;
+                if time + step > seconds + 1e-6 {
+                    return Ok(client);
+                }
+            }
+            let (used, _) = client.push_until(bytes, next)?;
+            bytes = &bytes[used..];
+        }
+        if client.ended() {
+            return Ok(client);
+        }
+    }
+}
