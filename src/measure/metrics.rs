@@ -136,7 +136,7 @@ pub fn compare_pictures(
 
 /// Compares two fields over the pixels that show geometry in both. MSE, RMSE, PSNR and SSIM are of
 /// the linear values; FLIP is of the fields displayed as gray (`round(255 * value)`,
-/// [`Picture::from_gray`]; pixels without geometry are white in both) and averaged over the same
+/// [`Picture::from_values`]; pixels without geometry are white in both) and averaged over the same
 /// pixels.
 ///
 /// # Errors
@@ -166,8 +166,8 @@ pub fn compare_fields(field: &Field, reference: &Field) -> Result<Difference> {
         Some(&mask),
     );
     let errors = flip::error_map(
-        &Picture::from_gray(field.width, field.height, &a)?,
-        &Picture::from_gray(field.width, field.height, &b)?,
+        &Picture::from_values(field.width, field.height, &a),
+        &Picture::from_values(field.width, field.height, &b),
     )?;
     Ok(Difference {
         pixels: mask.iter().filter(|&&inside| inside).count() as u64,

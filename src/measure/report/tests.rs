@@ -108,7 +108,7 @@ fn a_full_page_is_well_formed() {
                 0.6 + 0.3 * (x + phase).sin() * (y * 1.3).cos()
             })
             .collect();
-        Picture::from_gray(480, 270, &values).expect("picture")
+        Picture::from_values(480, 270, &values)
     };
     let (method, reference) = (picture(0.05), picture(0.0));
     let flip = super::super::flip::error_picture(&method, &reference).expect("FLIP");
