@@ -204,10 +204,12 @@ impl<'s> Tracer<'s> {
             .fold(0.0, f32::max);
     }
 
+    #[inline(always)]
     fn blas(&self, instance: usize) -> &Blas {
-        self.own[instance]
-            .as_ref()
-            .unwrap_or_else(|| &self.shared[self.scene.instances[instance].mesh])
+        match &self.own[instance] {
+            Some(own) => own,
+            None => &self.shared[self.scene.instances[instance].mesh],
+        }
     }
 
     /// The scale of mesh coordinates in metres, which the offset of rays depends on: the largest
@@ -252,9 +254,13 @@ impl<'s> Tracer<'s> {
         let Some(world) = self.world_ray(ray) else {
             return false;
         };
-        self.top.any(&world, ray.t_max, |instance| {
-            self.instance_occluded(instance, &world, ray.t_max)
-        })
+        let mut walk = self.top.walk(&world, ray.t_max);
+        while let Some(instance) = walk.next(&world, ray.t_max) {
+            if self.instance_occluded(instance, &world, ray.t_max) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline(always)]
@@ -289,33 +295,30 @@ impl<'s> Tracer<'s> {
         let world = self.world_ray(ray)?;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
-        self.top.nearest(&world, &mut t_max, |instance, t_max| {
+        let mut walk = self.top.walk_sorted();
+        while let Some(instance) = walk.next(&world, t_max) {
             let Some(placed) = &self.placed[instance as usize] else {
-                return;
+                continue;
             };
             let ray = placed.ray(&world);
-            self.blas(instance as usize).closest(
-                &ray,
-                t_max,
-                |hit| self.is_opaque(instance, hit),
-                |hit, t_max| {
-                    let TriangleHit {
-                        t, triangle, u, v, ..
-                    } = hit;
-                    let hit = Hit {
-                        t,
-                        instance,
-                        triangle,
-                        u,
-                        v,
-                    };
-                    if best.is_none_or(|b| hit.precedes(&b)) {
-                        best = Some(hit);
-                        *t_max = t;
-                    }
-                },
-            );
-        });
+            let opaque = |hit: &TriangleHit| self.is_opaque(instance, hit);
+            if let Some(hit) = self.blas(instance as usize).closest(&ray, t_max, opaque) {
+                let TriangleHit {
+                    t, triangle, u, v, ..
+                } = hit;
+                let hit = Hit {
+                    t,
+                    instance,
+                    triangle,
+                    u,
+                    v,
+                };
+                if best.is_none_or(|b| hit.precedes(&b)) {
+                    best = Some(hit);
+                    t_max = t;
+                }
+            }
+        }
         best
     }
 

@@ -98,11 +98,14 @@ impl Tracer<'_> {
             let Some(world) = self.world_ray(&ray) else {
                 continue;
             };
-            open += u32::from(
-                !near
-                    .iter()
-                    .any(|&i| self.instance_occluded(i, &world, fan.distance)),
-            );
+            let mut blocked = false;
+            for &instance in &near {
+                blocked = self.instance_occluded(instance, &world, fan.distance);
+                if blocked {
+                    break;
+                }
+            }
+            open += u32::from(!blocked);
         }
         open
     }

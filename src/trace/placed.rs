@@ -88,7 +88,11 @@ impl Placed {
     #[inline(always)]
     fn vector(&self, d: [f32; 3]) -> [f32; 3] {
         let [a, b, c] = &self.inverse;
-        [0, 1, 2].map(|i| a[i] * d[0] + b[i] * d[1] + c[i] * d[2])
+        [
+            a[0] * d[0] + b[0] * d[1] + c[0] * d[2],
+            a[1] * d[0] + b[1] * d[1] + c[1] * d[2],
+            a[2] * d[0] + b[2] * d[1] + c[2] * d[2],
+        ]
     }
 
     /// The ray in mesh space. Its direction is not normalised, so distances stay metres.
