@@ -2,6 +2,7 @@
 
 use super::aabb::Aabb;
 use super::build::{self, Effort};
+use super::instructions::Instructions;
 use super::packet::{LANES, Packet, TriangleHit};
 use super::slab::SlabRay;
 use super::wide::{NONE, WideBvh};
@@ -22,6 +23,15 @@ pub struct Blas {
 }
 
 impl Blas {
+    /// Of no triangles.
+    pub fn empty() -> Blas {
+        Blas {
+            tree: WideBvh::from_children(&[]),
+            packets: Vec::new(),
+            built_cost: 0.0,
+        }
+    }
+
     /// Builds over `positions`, which may be those of the mesh or deformed ones. Triangles of BLEND
     /// materials are left out, and so are those with corners that do not exist or are not finite.
     pub fn build(mesh: &Mesh, materials: &[Material], positions: &[Vec3]) -> Blas {
@@ -111,12 +121,13 @@ impl Blas {
     #[inline(always)]
     pub fn occluded(
         &self,
+        with: impl Instructions,
         ray: &SlabRay,
         t_max: f32,
         opaque: impl Fn(&TriangleHit) -> bool,
     ) -> bool {
-        let mut walk = self.tree.walk(ray, t_max);
-        while let Some(leaf) = walk.next(ray, t_max) {
+        let mut walk = self.tree.walk();
+        while let Some(leaf) = walk.next(with, ray, t_max) {
             let packet = &self.packets[leaf as usize];
             let mut candidates = packet.candidates(ray);
             while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {
@@ -132,13 +143,14 @@ impl Blas {
     #[inline(always)]
     pub fn closest(
         &self,
+        with: impl Instructions,
         ray: &SlabRay,
         mut t_max: f32,
         opaque: impl Fn(&TriangleHit) -> bool,
     ) -> Option<TriangleHit> {
         let mut best: Option<TriangleHit> = None;
         let mut walk = self.tree.walk_sorted();
-        while let Some(leaf) = walk.next(ray, t_max) {
+        while let Some(leaf) = walk.next(with, ray, t_max) {
             let packet = &self.packets[leaf as usize];
             let mut candidates = packet.candidates(ray);
             while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {

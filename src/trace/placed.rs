@@ -19,6 +19,8 @@ const MAX_CONDITION: f64 = 1e6;
 /// One instance of the top level.
 #[derive(Clone, Debug)]
 pub struct Placed {
+    /// Its hierarchy, an index into the tracer's.
+    pub blas: u32,
     /// Columns of the inverse of the linear part.
     inverse: [[f32; 3]; 3],
     translation: [f32; 3],
@@ -35,7 +37,7 @@ pub struct Placed {
 impl Placed {
     /// `None` where the transform is singular or not finite, or the mesh holds nothing: such an
     /// instance is never hit.
-    pub fn new(world_from_mesh: &Affine3A, blas: &Blas) -> Option<Placed> {
+    pub fn new(world_from_mesh: &Affine3A, index: u32, blas: &Blas) -> Option<Placed> {
         if !world_from_mesh.is_finite() || blas.bounds().is_empty() {
             return None;
         }
@@ -63,6 +65,7 @@ impl Placed {
         let far = bounds.reach().max(translation.abs().max_element());
         let error = ROUNDINGS * ROUNDING * condition as f32 * far;
         Some(Placed {
+            blas: index,
             inverse: inverse.map(|c| c.to_array()),
             translation: translation.to_array(),
             is_identity: *world_from_mesh == Affine3A::IDENTITY,

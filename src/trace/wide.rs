@@ -5,7 +5,8 @@
 //! after their parents, which makes refitting one backward sweep.
 
 use super::aabb::Aabb;
-use super::slab::SlabRay;
+use super::instructions::Instructions;
+use super::slab::{Lanes, SlabRay};
 use glam::Vec3;
 
 /// Children per node.
@@ -21,29 +22,32 @@ const LEAF: u32 = 1 << 31;
 #[repr(C, align(32))]
 struct Node {
     /// `[axis][0: min, 1: max][child]`; an unused child has the empty box, which no ray passes.
-    planes: [[[f32; WIDTH]; 2]; 3],
+    planes: [[Lanes; 2]; 3],
     children: [u32; WIDTH],
 }
 
 impl Node {
     const EMPTY: Node = Node {
-        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        planes: [[
+            Lanes([f32::INFINITY; WIDTH]),
+            Lanes([f32::NEG_INFINITY; WIDTH]),
+        ]; 3],
         children: [NONE; WIDTH],
     };
 
     fn set_box(&mut self, child: usize, b: &Aabb) {
         for axis in 0..3 {
-            self.planes[axis][0][child] = b.min[axis];
-            self.planes[axis][1][child] = b.max[axis];
+            self.planes[axis][0].0[child] = b.min[axis];
+            self.planes[axis][1].0[child] = b.max[axis];
         }
     }
 
     fn child_box(&self, child: usize) -> Aabb {
         let side = |s: usize| {
             Vec3::new(
-                self.planes[0][s][child],
-                self.planes[1][s][child],
-                self.planes[2][s][child],
+                self.planes[0][s].0[child],
+                self.planes[1][s].0[child],
+                self.planes[2][s].0[child],
             )
         };
         Aabb {
@@ -134,14 +138,14 @@ impl WideBvh {
         }
     }
 
-    /// Begins a walk over the leaves whose boxes the ray passes, in no order.
+    /// Begins a walk over the leaves whose boxes a ray passes, in no order.
     #[inline(always)]
-    pub fn walk(&self, ray: &SlabRay, t_max: f32) -> Walk<'_> {
-        let mask = ray.intersect8(&self.nodes[0].planes, t_max, &mut [0.0; WIDTH]);
+    pub fn walk(&self) -> Walk<'_> {
         Walk {
             nodes: &self.nodes,
+            entering: 0,
             index: 0,
-            mask,
+            mask: 0,
             depth: 0,
             stack: [(0, 0); MAX_DEPTH],
         }
@@ -188,8 +192,10 @@ impl WideBvh {
 /// reliably inlined, and outside of it they lose the wide vectors.
 pub struct Walk<'t> {
     nodes: &'t [Node],
+    /// The node to be tested next, or [`NONE`].
+    entering: u32,
+    /// The node whose children are being visited, and those left to visit.
     index: u32,
-    /// Children of the node at `index` left to visit.
     mask: u32,
     depth: usize,
     /// Nodes with children left to visit, one per level at most.
@@ -197,11 +203,20 @@ pub struct Walk<'t> {
 }
 
 impl Walk<'_> {
-    /// The next leaf whose box is passed within `0..=t_max`; the arguments those of
-    /// [`WideBvh::walk`].
+    /// The next leaf whose box is passed within `0..=t_max`; both the same from call to call.
     #[inline(always)]
-    pub fn next(&mut self, ray: &SlabRay, t_max: f32) -> Option<u32> {
+    pub fn next(&mut self, with: impl Instructions, ray: &SlabRay, t_max: f32) -> Option<u32> {
         loop {
+            if self.entering != NONE {
+                if self.mask != 0 {
+                    self.stack[self.depth] = (self.index, self.mask);
+                    self.depth += 1;
+                }
+                self.index = self.entering;
+                self.entering = NONE;
+                let node = &self.nodes[self.index as usize];
+                self.mask = with.intersect8(ray, &node.planes, t_max, &mut Lanes([0.0; WIDTH]));
+            }
             if self.mask == 0 {
                 if self.depth == 0 {
                     return None;
@@ -215,13 +230,7 @@ impl Walk<'_> {
             if child & LEAF != 0 {
                 return Some(child & !LEAF);
             }
-            if self.mask != 0 {
-                self.stack[self.depth] = (self.index, self.mask);
-                self.depth += 1;
-            }
-            self.index = child;
-            let node = &self.nodes[child as usize];
-            self.mask = ray.intersect8(&node.planes, t_max, &mut [0.0; WIDTH]);
+            self.entering = child;
         }
     }
 }
@@ -238,8 +247,8 @@ impl SortedWalk<'_> {
     /// The next leaf whose box is passed within `0..=t_max`; `t_max` may shrink from call to call.
     /// A box that begins exactly there is still visited, so that ties can be told.
     #[inline(always)]
-    pub fn next(&mut self, ray: &SlabRay, t_max: f32) -> Option<u32> {
-        let mut near = [0.0; WIDTH];
+    pub fn next(&mut self, with: impl Instructions, ray: &SlabRay, t_max: f32) -> Option<u32> {
+        let mut near = Lanes([0.0; WIDTH]);
         while self.depth > 0 {
             self.depth -= 1;
             let (entered, child) = self.stack[self.depth];
@@ -250,13 +259,13 @@ impl SortedWalk<'_> {
                 return Some(child & !LEAF);
             }
             let node = &self.nodes[child as usize];
-            let mut mask = ray.intersect8(&node.planes, t_max, &mut near);
+            let mut mask = with.intersect8(ray, &node.planes, t_max, &mut near);
             let first = self.depth;
             while mask != 0 {
                 let i = mask.trailing_zeros() as usize % WIDTH;
                 mask &= mask - 1;
                 // Insertion keeps the nearest on top.
-                let entry = (near[i], node.children[i]);
+                let entry = (near.0[i], node.children[i]);
                 let mut at = self.depth;
                 while at > first && self.stack[at - 1].0 < entry.0 {
                     self.stack[at] = self.stack[at - 1];
