@@ -2,6 +2,7 @@
 
 use super::aabb::Aabb;
 use super::build::{self, Effort};
+use super::instructions::Instructions;
 use super::packet::{LANES, Packet, TriangleHit};
 use super::slab::SlabRay;
 use super::wide::{NONE, WideBvh};
@@ -22,6 +23,15 @@ pub struct Blas {
 }
 
 impl Blas {
+    /// Of no triangles.
+    pub fn empty() -> Blas {
+        Blas {
+            tree: WideBvh::from_children(&[]),
+            packets: Vec::new(),
+            built_cost: 0.0,
+        }
+    }
+
     /// Builds over `positions`, which may be those of the mesh or deformed ones. Triangles of BLEND
     /// materials are left out, and so are those with corners that do not exist or are not finite.
     pub fn build(mesh: &Mesh, materials: &[Material], positions: &[Vec3]) -> Blas {
@@ -111,33 +121,49 @@ impl Blas {
     #[inline(always)]
     pub fn occluded(
         &self,
+        with: impl Instructions,
         ray: &SlabRay,
         t_max: f32,
         opaque: impl Fn(&TriangleHit) -> bool,
     ) -> bool {
-        self.tree.any(ray, t_max, |leaf| {
-            self.packets[leaf as usize].intersect(ray, t_max, |hit| !hit.masked || opaque(&hit))
-        })
+        let mut walk = self.tree.walk();
+        while let Some(leaf) = walk.next(with, ray, t_max) {
+            let packet = &self.packets[leaf as usize];
+            let mut candidates = packet.candidates(ray);
+            while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {
+                if !hit.masked || opaque(&hit) {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
-    /// Calls `found` with opaque hits at `t <= t_max`, which `found` lowers; among them is every hit
-    /// at the least `t`.
+    /// The opaque hit with the least `t <= t_max`, of several the one of the lowest triangle.
     #[inline(always)]
     pub fn closest(
         &self,
+        with: impl Instructions,
         ray: &SlabRay,
-        t_max: &mut f32,
+        mut t_max: f32,
         opaque: impl Fn(&TriangleHit) -> bool,
-        mut found: impl FnMut(TriangleHit, &mut f32),
-    ) {
-        self.tree.nearest(ray, t_max, |leaf, t_max| {
-            self.packets[leaf as usize].intersect(ray, *t_max, |hit| {
-                if hit.t <= *t_max && (!hit.masked || opaque(&hit)) {
-                    found(hit, t_max);
+    ) -> Option<TriangleHit> {
+        let mut best: Option<TriangleHit> = None;
+        let mut walk = self.tree.walk_sorted();
+        while let Some(leaf) = walk.next(with, ray, t_max) {
+            let packet = &self.packets[leaf as usize];
+            let mut candidates = packet.candidates(ray);
+            while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {
+                if hit.masked && !opaque(&hit) {
+                    continue;
                 }
-                false
-            });
-        });
+                if best.is_none_or(|b| (hit.t, hit.triangle) < (b.t, b.triangle)) {
+                    best = Some(hit);
+                    t_max = hit.t;
+                }
+            }
+        }
+        best
     }
 
     /// Whether the box of any few triangles comes within `distance` of `point`.
@@ -149,10 +175,10 @@ impl Blas {
     #[cfg(test)]
     pub fn brute_force(&self, ray: &SlabRay, t_max: f32, mut found: impl FnMut(TriangleHit)) {
         for packet in &self.packets {
-            packet.intersect(ray, t_max, |hit| {
+            let mut candidates = packet.candidates(ray);
+            while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {
                 found(hit);
-                false
-            });
+            }
         }
     }
 }

@@ -10,6 +10,7 @@
 //! - [`placed`] is an instance: rays go into mesh space with their direction unnormalised, so that
 //!   distances stay metres. Moving instances only rebuild the hierarchy over the instances.
 //! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
+//! - [`instructions`] is where the processor's vectors come in.
 //! - [`offset`] and [`sampler`] say where rays start and where they go.
 //!
 //! Triangles of MASK materials let rays through where the texture has a hole
@@ -19,6 +20,7 @@
 mod aabb;
 mod blas;
 mod build;
+mod instructions;
 mod occlusion;
 pub mod offset;
 mod packet;
@@ -36,6 +38,7 @@ use crate::scene::{Pose, Scene};
 use blas::Blas;
 use build::Effort;
 use glam::{Affine3A, Vec3};
+use instructions::{Avx2, Instructions, Portable};
 use packet::TriangleHit;
 use placed::Placed;
 use rayon::prelude::*;
@@ -79,10 +82,8 @@ pub struct Work {
 /// The acceleration structures of a scene at one pose.
 pub struct Tracer<'s> {
     scene: &'s Scene,
-    /// One per mesh, at rest.
-    shared: Vec<Blas>,
-    /// One per instance that is deformed.
-    own: Vec<Option<Blas>>,
+    /// One per mesh, at rest; then one per instance, empty unless the instance is deformed.
+    blases: Vec<Blas>,
     /// One per instance; `None` cannot be hit.
     placed: Vec<Option<Placed>>,
     top: WideBvh,
@@ -93,19 +94,20 @@ pub struct Tracer<'s> {
     transforms: Vec<Affine3A>,
     deformed: Vec<Option<Vec<Vec3>>>,
     patterns: RwLock<Vec<Arc<Patterns>>>,
-    wide_vectors: bool,
+    avx2: Option<Avx2>,
 }
 
 impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Scene, pose: &Pose) -> Self {
-        let shared: Vec<Blas> = scene
+        let mut blases: Vec<Blas> = scene
             .meshes
             .par_iter()
             .map(|mesh| Blas::build(mesh, &scene.materials, &mesh.positions))
             .collect();
+        blases.resize_with(scene.meshes.len() + scene.instances.len(), Blas::empty);
         let mut tracer = Tracer {
             scene,
-            own: vec![None; scene.instances.len()],
+            blases,
             placed: vec![None; scene.instances.len()],
             top: WideBvh::from_children(&[]),
             slack: 0.0,
@@ -113,8 +115,7 @@ impl<'s> Tracer<'s> {
             transforms: vec![Affine3A::ZERO; scene.instances.len()],
             deformed: vec![None; scene.instances.len()],
             patterns: RwLock::default(),
-            wide_vectors: has_wide_vectors(),
-            shared,
+            avx2: Avx2::detect(),
         };
         tracer.update(pose);
         tracer.reach = tracer.measure_reach();
@@ -125,9 +126,9 @@ impl<'s> Tracer<'s> {
     /// did, this compares the poses and returns.
     pub fn update(&mut self, pose: &Pose) -> Work {
         let scene = self.scene;
-        let shared = &self.shared;
-        let changes: Vec<(bool, Option<bool>)> = self
-            .own
+        let (shared, own) = self.blases.split_at_mut(scene.meshes.len());
+        let shared = &*shared;
+        let changes: Vec<(bool, Option<bool>)> = own
             .par_iter_mut()
             .zip(&mut self.deformed)
             .zip(&mut self.transforms)
@@ -148,13 +149,15 @@ impl<'s> Tracer<'s> {
                 if now == last.as_ref() {
                     return (moved, None);
                 }
-                let mesh = &scene.meshes[scene.instances[i].mesh];
+                let number = scene.instances[i].mesh;
                 let Some(positions) = now else {
-                    (*own, *last) = (None, None);
+                    (*own, *last) = (Blas::empty(), None);
                     return (moved, Some(false));
                 };
-                let blas = own.get_or_insert_with(|| shared[scene.instances[i].mesh].clone());
-                let rebuilt = blas.refit(mesh, &scene.materials, positions);
+                if last.is_none() {
+                    *own = shared[number].clone();
+                }
+                let rebuilt = own.refit(&scene.meshes[number], &scene.materials, positions);
                 last.get_or_insert_default().clone_from(positions);
                 (moved, Some(rebuilt))
             })
@@ -165,7 +168,11 @@ impl<'s> Tracer<'s> {
             work.refitted += usize::from(refitted.is_some());
             work.rebuilt += usize::from(*refitted == Some(true));
             if *moved || refitted.is_some() {
-                self.placed[i] = Placed::new(&self.transforms[i], self.blas(i));
+                let blas = match self.deformed[i] {
+                    Some(_) => scene.meshes.len() + i,
+                    None => scene.instances[i].mesh,
+                };
+                self.placed[i] = Placed::new(&self.transforms[i], blas as u32, &self.blases[blas]);
             }
         }
         if work != Work::default() {
@@ -204,12 +211,6 @@ impl<'s> Tracer<'s> {
             .fold(0.0, f32::max);
     }
 
-    fn blas(&self, instance: usize) -> &Blas {
-        self.own[instance]
-            .as_ref()
-            .unwrap_or_else(|| &self.shared[self.scene.instances[instance].mesh])
-    }
-
     /// The scale of mesh coordinates in metres, which the offset of rays depends on: the largest
     /// coordinate of any mesh at rest, times its instance's scale. It is taken once, from the first
     /// pose, and rounded up to a multiple of an eighth of its power of two, so that a static point
@@ -224,7 +225,7 @@ impl<'s> Tracer<'s> {
             .instances
             .iter()
             .zip(&self.placed)
-            .filter_map(|(i, p)| Some(p.as_ref()?.scale * self.shared[i.mesh].bounds().reach()))
+            .filter_map(|(i, p)| Some(p.as_ref()?.scale * self.blases[i.mesh].bounds().reach()))
             .fold(0.0, f32::max);
         // Keeps the sign, the exponent and three bits of the mantissa, rounding up.
         f32::from_bits((exact.to_bits() + 0x000f_ffff) & 0xfff0_0000)
@@ -234,88 +235,96 @@ impl<'s> Tracer<'s> {
     /// has no direction, hits nothing; `t_max` may be infinite.
     pub fn occluded(&self, ray: &Ray) -> bool {
         #[cfg(target_arch = "x86_64")]
-        if self.wide_vectors {
-            // SAFETY: `wide_vectors` is only true where the processor was found to have AVX2.
-            return unsafe { self.occluded_avx2(ray) };
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: an `Avx2` exists only where the processor was found to have AVX2.
+            return unsafe { self.occluded_avx2(avx2, ray) };
         }
-        self.occluded_body(ray)
+        self.occluded_body(Portable, ray)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn occluded_avx2(&self, ray: &Ray) -> bool {
-        self.occluded_body(ray)
+    fn occluded_avx2(&self, avx2: Avx2, ray: &Ray) -> bool {
+        self.occluded_body(avx2, ray)
     }
 
     #[inline(always)]
-    fn occluded_body(&self, ray: &Ray) -> bool {
+    fn occluded_body(&self, with: impl Instructions, ray: &Ray) -> bool {
         let Some(world) = self.world_ray(ray) else {
             return false;
         };
-        self.top.any(&world, ray.t_max, |instance| {
-            self.instance_occluded(instance, &world, ray.t_max)
-        })
+        let mut walk = self.top.walk();
+        while let Some(instance) = walk.next(with, &world, ray.t_max) {
+            if self.instance_occluded(with, instance, &world, ray.t_max) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline(always)]
-    fn instance_occluded(&self, instance: u32, world: &SlabRay, t_max: f32) -> bool {
+    fn instance_occluded(
+        &self,
+        with: impl Instructions,
+        instance: u32,
+        world: &SlabRay,
+        t_max: f32,
+    ) -> bool {
         let Some(placed) = &self.placed[instance as usize] else {
             return false;
         };
         let ray = placed.ray(world);
-        self.blas(instance as usize)
-            .occluded(&ray, t_max, |hit| self.is_opaque(instance, hit))
+        self.blases[placed.blas as usize]
+            .occluded(with, &ray, t_max, |hit| self.is_opaque(instance, hit))
     }
 
     /// The nearest opaque intersection at `0 < t <= t_max`; of several at the same `t` the one with
     /// the lowest instance, then the lowest triangle.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
-        if self.wide_vectors {
-            // SAFETY: `wide_vectors` is only true where the processor was found to have AVX2.
-            return unsafe { self.closest_avx2(ray) };
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: an `Avx2` exists only where the processor was found to have AVX2.
+            return unsafe { self.closest_avx2(avx2, ray) };
         }
-        self.closest_body(ray)
+        self.closest_body(Portable, ray)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn closest_avx2(&self, ray: &Ray) -> Option<Hit> {
-        self.closest_body(ray)
+    fn closest_avx2(&self, avx2: Avx2, ray: &Ray) -> Option<Hit> {
+        self.closest_body(avx2, ray)
     }
 
     #[inline(always)]
-    fn closest_body(&self, ray: &Ray) -> Option<Hit> {
+    fn closest_body(&self, with: impl Instructions, ray: &Ray) -> Option<Hit> {
         let world = self.world_ray(ray)?;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
-        self.top.nearest(&world, &mut t_max, |instance, t_max| {
+        let mut walk = self.top.walk_sorted();
+        while let Some(instance) = walk.next(with, &world, t_max) {
             let Some(placed) = &self.placed[instance as usize] else {
-                return;
+                continue;
             };
             let ray = placed.ray(&world);
-            self.blas(instance as usize).closest(
-                &ray,
-                t_max,
-                |hit| self.is_opaque(instance, hit),
-                |hit, t_max| {
-                    let TriangleHit {
-                        t, triangle, u, v, ..
-                    } = hit;
-                    let hit = Hit {
-                        t,
-                        instance,
-                        triangle,
-                        u,
-                        v,
-                    };
-                    if best.is_none_or(|b| hit.precedes(&b)) {
-                        best = Some(hit);
-                        *t_max = t;
-                    }
-                },
-            );
-        });
+            let opaque = |hit: &TriangleHit| self.is_opaque(instance, hit);
+            if let Some(hit) = self.blases[placed.blas as usize].closest(with, &ray, t_max, opaque)
+            {
+                let TriangleHit {
+                    t, triangle, u, v, ..
+                } = hit;
+                let hit = Hit {
+                    t,
+                    instance,
+                    triangle,
+                    u,
+                    v,
+                };
+                if best.is_none_or(|b| hit.precedes(&b)) {
+                    best = Some(hit);
+                    t_max = t;
+                }
+            }
+        }
         best
     }
 
@@ -361,8 +370,7 @@ impl<'s> Tracer<'s> {
             return false;
         }
         let point = Vec3::from(placed.point(point.to_array()));
-        self.blas(instance)
-            .within(point, distance * placed.stretch * (1.0 + 1e-5))
+        self.blases[placed.blas as usize].within(point, distance * placed.stretch * (1.0 + 1e-5))
     }
 }
 
@@ -370,11 +378,4 @@ impl Hit {
     fn precedes(&self, other: &Hit) -> bool {
         (self.t, self.instance, self.triangle) < (other.t, other.instance, other.triangle)
     }
-}
-
-fn has_wide_vectors() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return std::arch::is_x86_feature_detected!("avx2");
-    #[cfg(not(target_arch = "x86_64"))]
-    return false;
 }

@@ -3,6 +3,7 @@
 //! The instances that come within reach of the rays are looked for once per point instead of once
 //! per ray. The result is bit for bit that of [`Tracer::occluded`] for every ray.
 
+use super::instructions::{Avx2, Instructions, Portable};
 use super::offset::offset_origin;
 use super::sampler::{Frame, Patterns};
 use super::{Ray, Tracer};
@@ -67,21 +68,21 @@ impl Tracer<'_> {
 
     fn count_open(&self, fan: &Fan) -> u32 {
         #[cfg(target_arch = "x86_64")]
-        if self.wide_vectors {
-            // SAFETY: `wide_vectors` is only true where the processor was found to have AVX2.
-            return unsafe { self.count_open_avx2(fan) };
+        if let Some(avx2) = self.avx2 {
+            // SAFETY: an `Avx2` exists only where the processor was found to have AVX2.
+            return unsafe { self.count_open_avx2(avx2, fan) };
         }
-        self.count_open_body(fan)
+        self.count_open_body(Portable, fan)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn count_open_avx2(&self, fan: &Fan) -> u32 {
-        self.count_open_body(fan)
+    fn count_open_avx2(&self, avx2: Avx2, fan: &Fan) -> u32 {
+        self.count_open_body(avx2, fan)
     }
 
     #[inline(always)]
-    fn count_open_body(&self, fan: &Fan) -> u32 {
+    fn count_open_body(&self, with: impl Instructions, fan: &Fan) -> u32 {
         let mut near = Vec::new();
         self.instances_within(fan.origin, fan.distance, &mut near);
         let mut open = 0;
@@ -98,11 +99,14 @@ impl Tracer<'_> {
             let Some(world) = self.world_ray(&ray) else {
                 continue;
             };
-            open += u32::from(
-                !near
-                    .iter()
-                    .any(|&i| self.instance_occluded(i, &world, fan.distance)),
-            );
+            let mut blocked = false;
+            for &instance in &near {
+                blocked = self.instance_occluded(with, instance, &world, fan.distance);
+                if blocked {
+                    break;
+                }
+            }
+            open += u32::from(!blocked);
         }
         open
     }

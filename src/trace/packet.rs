@@ -94,15 +94,9 @@ impl Packet {
             .fold(Aabb::EMPTY, |a, b| a.union(&b))
     }
 
-    /// Calls `found` with every hit at `0 < t <= t_max`, in lane order, until it returns true.
-    /// Returns whether it did.
+    /// The triangles whose planes and edges say that the line of the ray meets them.
     #[inline(always)]
-    pub fn intersect(
-        &self,
-        ray: &SlabRay,
-        t_max: f32,
-        mut found: impl FnMut(TriangleHit) -> bool,
-    ) -> bool {
+    pub fn candidates(&self, ray: &SlabRay) -> Candidates {
         let [ox, oy, oz] = ray.origin;
         let [dx, dy, dz] = ray.direction;
         let (a, e1, e2) = (&self.corner, &self.edge1, &self.edge2);
@@ -136,26 +130,51 @@ impl Packet {
         for (i, inside) in inside.iter().enumerate() {
             mask |= inside << i;
         }
-        while mask != 0 {
-            let i = mask.trailing_zeros() as usize % LANES;
-            mask &= mask - 1;
+        Candidates {
+            mask,
+            det,
+            u: us,
+            v: vs,
+            t: ts,
+        }
+    }
+
+    /// The next hit at `0 < t <= t_max` among the candidates, in lane order.
+    #[inline(always)]
+    pub fn next_hit(
+        &self,
+        from: &mut Candidates,
+        ray: &SlabRay,
+        t_max: f32,
+    ) -> Option<TriangleHit> {
+        while from.mask != 0 {
+            let i = from.mask.trailing_zeros() as usize % LANES;
+            from.mask &= from.mask - 1;
             let Some((near, far)) = ray.interval(&self.lane_box(i)) else {
                 continue;
             };
-            let t = (ts[i] / det[i]).max(near).min(far);
+            let det = from.det[i];
+            let t = (from.t[i] / det).max(near).min(far);
             if t > 0.0 && t <= t_max {
-                let hit = TriangleHit {
+                return Some(TriangleHit {
                     t,
                     triangle: self.id[i] & !MASKED,
-                    u: us[i] / det[i],
-                    v: vs[i] / det[i],
+                    u: from.u[i] / det,
+                    v: from.v[i] / det,
                     masked: self.id[i] & MASKED != 0,
-                };
-                if found(hit) {
-                    return true;
-                }
+                });
             }
         }
-        false
+        None
     }
+}
+
+/// What [`Packet::candidates`] found: a bit per lane, and the solution times the determinant.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidates {
+    mask: u32,
+    det: [f32; LANES],
+    u: [f32; LANES],
+    v: [f32; LANES],
+    t: [f32; LANES],
 }

@@ -19,6 +19,8 @@ const MAX_CONDITION: f64 = 1e6;
 /// One instance of the top level.
 #[derive(Clone, Debug)]
 pub struct Placed {
+    /// Its hierarchy, an index into the tracer's.
+    pub blas: u32,
     /// Columns of the inverse of the linear part.
     inverse: [[f32; 3]; 3],
     translation: [f32; 3],
@@ -35,7 +37,7 @@ pub struct Placed {
 impl Placed {
     /// `None` where the transform is singular or not finite, or the mesh holds nothing: such an
     /// instance is never hit.
-    pub fn new(world_from_mesh: &Affine3A, blas: &Blas) -> Option<Placed> {
+    pub fn new(world_from_mesh: &Affine3A, index: u32, blas: &Blas) -> Option<Placed> {
         if !world_from_mesh.is_finite() || blas.bounds().is_empty() {
             return None;
         }
@@ -63,6 +65,7 @@ impl Placed {
         let far = bounds.reach().max(translation.abs().max_element());
         let error = ROUNDINGS * ROUNDING * condition as f32 * far;
         Some(Placed {
+            blas: index,
             inverse: inverse.map(|c| c.to_array()),
             translation: translation.to_array(),
             is_identity: *world_from_mesh == Affine3A::IDENTITY,
@@ -88,7 +91,11 @@ impl Placed {
     #[inline(always)]
     fn vector(&self, d: [f32; 3]) -> [f32; 3] {
         let [a, b, c] = &self.inverse;
-        [0, 1, 2].map(|i| a[i] * d[0] + b[i] * d[1] + c[i] * d[2])
+        [
+            a[0] * d[0] + b[0] * d[1] + c[0] * d[2],
+            a[1] * d[0] + b[1] * d[1] + c[1] * d[2],
+            a[2] * d[0] + b[2] * d[1] + c[2] * d[2],
+        ]
     }
 
     /// The ray in mesh space. Its direction is not normalised, so distances stay metres.

@@ -11,20 +11,20 @@
 use super::aabb::Aabb;
 
 /// 1 + 2 gamma(3) for `f32`, rounded up (Ize 2013).
-const WIDEN: f32 = 1.000_000_5;
+pub(super) const WIDEN: f32 = 1.000_000_5;
 
 /// A ray in the space of one hierarchy. The direction need not be unit length.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    inverse: [f32; 3],
+    pub(super) inverse: [f32; 3],
     /// The origin as near planes see it, and as far planes see it: both are the origin itself, or
     /// moved apart so that boxes look larger.
-    near_origin: [f32; 3],
-    far_origin: [f32; 3],
+    pub(super) near_origin: [f32; 3],
+    pub(super) far_origin: [f32; 3],
     /// 1 where the direction is negative: which of the two planes of an axis is the near one.
-    negative: [usize; 3],
+    pub(super) negative: [usize; 3],
 }
 
 impl SlabRay {
@@ -76,28 +76,77 @@ impl SlabRay {
         (near <= far).then_some((near, far))
     }
 
-    /// Tests eight boxes (`planes[axis][0: min, 1: max][box]`) over `0..=t_max`. Bit i is set when
-    /// box i is passed; `near[i]` is where it is entered.
+    /// Tests eight boxes (`planes[axis][0: min, 1: max]`) over `0..=t_max`. Bit i is set when
+    /// box i is passed; `near` is where each is entered.
     #[inline(always)]
-    pub fn intersect8(&self, planes: &[[[f32; 8]; 2]; 3], t_max: f32, near: &mut [f32; 8]) -> u32 {
-        let n = self.negative;
-        let (x0, x1) = (&planes[0][n[0] & 1], &planes[0][(n[0] ^ 1) & 1]);
-        let (y0, y1) = (&planes[1][n[1] & 1], &planes[1][(n[1] ^ 1) & 1]);
-        let (z0, z1) = (&planes[2][n[2] & 1], &planes[2][(n[2] ^ 1) & 1]);
-        let mut far = [0.0; 8];
-        for i in 0..8 {
-            let a = max((x0[i] - self.near_origin[0]) * self.inverse[0], 0.0);
-            let a = max((y0[i] - self.near_origin[1]) * self.inverse[1], a);
-            let a = max((z0[i] - self.near_origin[2]) * self.inverse[2], a);
-            let b = min((x1[i] - self.far_origin[0]) * self.inverse[0], t_max);
-            let b = min((y1[i] - self.far_origin[1]) * self.inverse[1], b);
-            let b = min((z1[i] - self.far_origin[2]) * self.inverse[2], b);
-            near[i] = a;
-            far[i] = b * WIDEN;
+    pub fn intersect8(&self, planes: &[[Lanes; 2]; 3], t_max: f32, near: &mut Lanes) -> u32 {
+        let mut enter = Lanes([0.0; 8]);
+        let mut leave = Lanes([t_max; 8]);
+        for axis in 0..3 {
+            let n = self.negative[axis] & 1;
+            let scale = self.inverse[axis];
+            enter = planes[axis][n]
+                .along(self.near_origin[axis], scale)
+                .max(enter);
+            leave = planes[axis][n ^ 1]
+                .along(self.far_origin[axis], scale)
+                .min(leave);
         }
+        *near = enter;
+        enter.at_most(leave.times(WIDEN))
+    }
+}
+
+/// Eight numbers. Each operation is a loop of its own over all eight, which compilers turn into
+/// one or two vector instructions.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct Lanes(pub [f32; 8]);
+
+impl Lanes {
+    /// `(self - origin) * scale`.
+    #[inline(always)]
+    fn along(self, origin: f32, scale: f32) -> Lanes {
+        let mut out = self;
+        for x in &mut out.0 {
+            *x = (*x - origin) * scale;
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn times(self, factor: f32) -> Lanes {
+        let mut out = self;
+        for x in &mut out.0 {
+            *x *= factor;
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn max(self, other: Lanes) -> Lanes {
+        let mut out = self;
+        for (x, y) in out.0.iter_mut().zip(other.0) {
+            *x = max(*x, y);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn min(self, other: Lanes) -> Lanes {
+        let mut out = self;
+        for (x, y) in out.0.iter_mut().zip(other.0) {
+            *x = min(*x, y);
+        }
+        out
+    }
+
+    /// A bit for each lane that is at most the other's.
+    #[inline(always)]
+    fn at_most(self, other: Lanes) -> u32 {
         let mut mask = 0;
         for i in 0..8 {
-            mask |= u32::from(near[i] <= far[i]) << i;
+            mask |= u32::from(self.0[i] <= other.0[i]) << i;
         }
         mask
     }

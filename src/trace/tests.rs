@@ -155,24 +155,23 @@ impl Tracer<'_> {
         let mut best: Option<Hit> = None;
         for (i, placed) in self.placed.iter().enumerate() {
             let Some(placed) = placed else { continue };
-            self.blas(i)
-                .brute_force(&placed.ray(&world), ray.t_max, |hit| {
-                    let TriangleHit {
-                        t, triangle, u, v, ..
-                    } = hit;
-                    let found = Hit {
-                        t,
-                        instance: i as u32,
-                        triangle,
-                        u,
-                        v,
-                    };
-                    if (!hit.masked || self.is_opaque(i as u32, &hit))
-                        && best.is_none_or(|b| found.precedes(&b))
-                    {
-                        best = Some(found);
-                    }
-                });
+            self.blases[placed.blas as usize].brute_force(&placed.ray(&world), ray.t_max, |hit| {
+                let TriangleHit {
+                    t, triangle, u, v, ..
+                } = hit;
+                let found = Hit {
+                    t,
+                    instance: i as u32,
+                    triangle,
+                    u,
+                    v,
+                };
+                if (!hit.masked || self.is_opaque(i as u32, &hit))
+                    && best.is_none_or(|b| found.precedes(&b))
+                {
+                    best = Some(found);
+                }
+            });
         }
         best
     }
@@ -337,7 +336,7 @@ fn portable_and_wide_vectors_agree_to_the_bit() {
         let ao =
             |t: &Tracer| t.ambient_occlusion(ray.origin, ray.direction, ray.direction, 4, 0.6, 5);
         let wide_ao = ao(tracer);
-        let detected = std::mem::replace(&mut tracer.wide_vectors, false);
+        let detected = tracer.avx2.take();
         let portable = tracer.closest(ray);
         assert_eq!(wide, portable);
         if let (Some(a), Some(b)) = (wide, portable) {
@@ -348,7 +347,7 @@ fn portable_and_wide_vectors_agree_to_the_bit() {
         }
         assert_eq!(tracer.occluded(ray), occluded);
         assert_eq!(ao(tracer), wide_ao);
-        tracer.wide_vectors = detected;
+        tracer.avx2 = detected;
         wide.is_some()
     });
 }

@@ -5,7 +5,8 @@
 //! after their parents, which makes refitting one backward sweep.
 
 use super::aabb::Aabb;
-use super::slab::SlabRay;
+use super::instructions::Instructions;
+use super::slab::{Lanes, SlabRay};
 use glam::Vec3;
 
 /// Children per node.
@@ -21,29 +22,32 @@ const LEAF: u32 = 1 << 31;
 #[repr(C, align(32))]
 struct Node {
     /// `[axis][0: min, 1: max][child]`; an unused child has the empty box, which no ray passes.
-    planes: [[[f32; WIDTH]; 2]; 3],
+    planes: [[Lanes; 2]; 3],
     children: [u32; WIDTH],
 }
 
 impl Node {
     const EMPTY: Node = Node {
-        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        planes: [[
+            Lanes([f32::INFINITY; WIDTH]),
+            Lanes([f32::NEG_INFINITY; WIDTH]),
+        ]; 3],
         children: [NONE; WIDTH],
     };
 
     fn set_box(&mut self, child: usize, b: &Aabb) {
         for axis in 0..3 {
-            self.planes[axis][0][child] = b.min[axis];
-            self.planes[axis][1][child] = b.max[axis];
+            self.planes[axis][0].0[child] = b.min[axis];
+            self.planes[axis][1].0[child] = b.max[axis];
         }
     }
 
     fn child_box(&self, child: usize) -> Aabb {
         let side = |s: usize| {
             Vec3::new(
-                self.planes[0][s][child],
-                self.planes[1][s][child],
-                self.planes[2][s][child],
+                self.planes[0][s].0[child],
+                self.planes[1][s].0[child],
+                self.planes[2][s].0[child],
             )
         };
         Aabb {
@@ -134,77 +138,26 @@ impl WideBvh {
         }
     }
 
-    /// Visits every leaf whose box the ray passes within `0..=t_max`, until `leaf` returns true.
-    /// Returns whether it did.
+    /// Begins a walk over the leaves whose boxes a ray passes, in no order.
     #[inline(always)]
-    pub fn any(&self, ray: &SlabRay, t_max: f32, mut leaf: impl FnMut(u32) -> bool) -> bool {
-        let mut near = [0.0; WIDTH];
-        // Nodes with children left to visit, one per level at most.
-        let mut stack = [(0u32, 0u32); MAX_DEPTH];
-        let mut depth = 0;
-        let mut node = &self.nodes[0];
-        let mut index = 0;
-        let mut mask = ray.intersect8(&node.planes, t_max, &mut near);
-        loop {
-            if mask == 0 {
-                if depth == 0 {
-                    return false;
-                }
-                depth -= 1;
-                (index, mask) = stack[depth];
-                node = &self.nodes[index as usize];
-            }
-            let child = node.children[mask.trailing_zeros() as usize % WIDTH];
-            mask &= mask - 1;
-            if child & LEAF != 0 {
-                if leaf(child & !LEAF) {
-                    return true;
-                }
-            } else {
-                if mask != 0 {
-                    stack[depth] = (index, mask);
-                    depth += 1;
-                }
-                index = child;
-                node = &self.nodes[index as usize];
-                mask = ray.intersect8(&node.planes, t_max, &mut near);
-            }
+    pub fn walk(&self) -> Walk<'_> {
+        Walk {
+            nodes: &self.nodes,
+            entering: 0,
+            index: 0,
+            mask: 0,
+            depth: 0,
+            stack: [(0, 0); MAX_DEPTH],
         }
     }
 
-    /// Visits leaves from near to far. `leaf` lowers `t_max` to what it found; boxes that begin
-    /// beyond are skipped. A box that begins exactly there is visited, so that ties can be told.
+    /// Begins a walk over the leaves whose boxes the ray passes, from near to far.
     #[inline(always)]
-    pub fn nearest(&self, ray: &SlabRay, t_max: &mut f32, mut leaf: impl FnMut(u32, &mut f32)) {
-        let mut near = [0.0; WIDTH];
-        let mut stack = [(0.0f32, 0u32); WIDTH * MAX_DEPTH];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let (entered, child) = stack[depth];
-            if entered > *t_max {
-                continue;
-            }
-            if child & LEAF != 0 {
-                leaf(child & !LEAF, t_max);
-                continue;
-            }
-            let node = &self.nodes[child as usize];
-            let mut mask = ray.intersect8(&node.planes, *t_max, &mut near);
-            let first = depth;
-            while mask != 0 {
-                let i = mask.trailing_zeros() as usize % WIDTH;
-                mask &= mask - 1;
-                // Insertion keeps the nearest on top.
-                let entry = (near[i], node.children[i]);
-                let mut at = depth;
-                while at > first && stack[at - 1].0 < entry.0 {
-                    stack[at] = stack[at - 1];
-                    at -= 1;
-                }
-                stack[at] = entry;
-                depth += 1;
-            }
+    pub fn walk_sorted(&self) -> SortedWalk<'_> {
+        SortedWalk {
+            nodes: &self.nodes,
+            depth: 1,
+            stack: [(0.0, 0); WIDTH * MAX_DEPTH],
         }
     }
 
@@ -231,5 +184,97 @@ impl WideBvh {
             }
         }
         false
+    }
+}
+
+/// The leaves a ray comes to. A walk hands out leaves instead of calling back, so that all of a
+/// traversal is compiled into the one function that knows the instruction set: closures are not
+/// reliably inlined, and outside of it they lose the wide vectors.
+pub struct Walk<'t> {
+    nodes: &'t [Node],
+    /// The node to be tested next, or [`NONE`].
+    entering: u32,
+    /// The node whose children are being visited, and those left to visit.
+    index: u32,
+    mask: u32,
+    depth: usize,
+    /// Nodes with children left to visit, one per level at most.
+    stack: [(u32, u32); MAX_DEPTH],
+}
+
+impl Walk<'_> {
+    /// The next leaf whose box is passed within `0..=t_max`; both the same from call to call.
+    #[inline(always)]
+    pub fn next(&mut self, with: impl Instructions, ray: &SlabRay, t_max: f32) -> Option<u32> {
+        loop {
+            if self.entering != NONE {
+                if self.mask != 0 {
+                    self.stack[self.depth] = (self.index, self.mask);
+                    self.depth += 1;
+                }
+                self.index = self.entering;
+                self.entering = NONE;
+                let node = &self.nodes[self.index as usize];
+                self.mask = with.intersect8(ray, &node.planes, t_max, &mut Lanes([0.0; WIDTH]));
+            }
+            if self.mask == 0 {
+                if self.depth == 0 {
+                    return None;
+                }
+                self.depth -= 1;
+                (self.index, self.mask) = self.stack[self.depth];
+            }
+            let node = &self.nodes[self.index as usize];
+            let child = node.children[self.mask.trailing_zeros() as usize % WIDTH];
+            self.mask &= self.mask - 1;
+            if child & LEAF != 0 {
+                return Some(child & !LEAF);
+            }
+            self.entering = child;
+        }
+    }
+}
+
+/// The leaves a ray comes to, from near to far.
+pub struct SortedWalk<'t> {
+    nodes: &'t [Node],
+    depth: usize,
+    /// Where the ray enters a child, and the child.
+    stack: [(f32, u32); WIDTH * MAX_DEPTH],
+}
+
+impl SortedWalk<'_> {
+    /// The next leaf whose box is passed within `0..=t_max`; `t_max` may shrink from call to call.
+    /// A box that begins exactly there is still visited, so that ties can be told.
+    #[inline(always)]
+    pub fn next(&mut self, with: impl Instructions, ray: &SlabRay, t_max: f32) -> Option<u32> {
+        let mut near = Lanes([0.0; WIDTH]);
+        while self.depth > 0 {
+            self.depth -= 1;
+            let (entered, child) = self.stack[self.depth];
+            if entered > t_max {
+                continue;
+            }
+            if child & LEAF != 0 {
+                return Some(child & !LEAF);
+            }
+            let node = &self.nodes[child as usize];
+            let mut mask = with.intersect8(ray, &node.planes, t_max, &mut near);
+            let first = self.depth;
+            while mask != 0 {
+                let i = mask.trailing_zeros() as usize % WIDTH;
+                mask &= mask - 1;
+                // Insertion keeps the nearest on top.
+                let entry = (near.0[i], node.children[i]);
+                let mut at = self.depth;
+                while at > first && self.stack[at - 1].0 < entry.0 {
+                    self.stack[at] = self.stack[at - 1];
+                    at -= 1;
+                }
+                self.stack[at] = entry;
+                self.depth += 1;
+            }
+        }
+        None
     }
 }
