@@ -1,6 +1,6 @@
 //! The client's side of a `points` stream: bytes in, arrays for the sampler out.
 
-use crate::codec::points::{Bucket, Cell, Grid};
+use crate::codec::points::{Bucket, Cell, DirtyRange, Grid};
 use crate::codec::{Decoder, Event, Limits, LookupSpace};
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -24,6 +24,16 @@ pub struct PointsState<'a> {
     pub cells: &'a [Cell],
     /// Per instance of the scene, an index into `tracks`; beyond its end there is none.
     pub track_of_instance: &'a [Option<u32>],
+    /// What changed since the last call with the same state: the device uploads that alone. `None`
+    /// uploads everything, as after a jump or for another state.
+    pub dirty: Option<Dirty<'a>>,
+}
+
+/// Changed items of the shared buffers, as the decoder reports them.
+#[derive(Clone, Copy, Debug)]
+pub struct Dirty<'a> {
+    pub buckets: &'a [DirtyRange],
+    pub cells: &'a [DirtyRange],
 }
 
 /// Follows a stream that was made for a scene the client has, too.
@@ -123,6 +133,7 @@ impl Client {
             buckets: self.decoder.points().buckets(),
             cells: self.decoder.points().cells(),
             track_of_instance: &self.track_of_instance,
+            dirty: None,
         }
     }
 

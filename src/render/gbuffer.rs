@@ -147,7 +147,7 @@ pub fn fragment(
     let side = if flip { -1.0 } else { 1.0 };
     let (lookup_position, lookup_normal) = match lookup {
         Lookup::Rest => (surface.rest_position, surface.rest_normal),
-        Lookup::Posed(other) if pose.deformed[instance].is_some() => {
+        Lookup::Posed(other) if pose.deformed.get(instance).is_some_and(Option::is_some) => {
             let surface = scene.surface(other, instance, triangle, u, v);
             (surface.mesh_position, surface.mesh_normal)
         }

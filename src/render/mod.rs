@@ -20,6 +20,7 @@ use crate::points::client::PointsState;
 use crate::points::sample::Fallback;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
+use crate::{Error, Result};
 pub use gbuffer::Lookup;
 use gbuffer::{GBuffer, Visibility};
 use gpu::Gpu;
@@ -28,6 +29,9 @@ use points::{PointsAo, PointsPass};
 use raster::Raster;
 use shade::{SUBPIXELS, Shade};
 use view::View;
+
+/// Most pixels along a side of a picture.
+pub const MAX_SIDE: u32 = 8192;
 
 /// Which machine draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,11 +87,12 @@ impl<'s> Renderer<'s> {
             machine: Machine::Cpu { tracer: None },
             name,
         };
-        match (backend, Self::on_gpu(scene)) {
-            (Backend::Cpu, _) => Ok(cpu("CPU, primary rays".into())),
-            (_, Ok(renderer)) => Ok(renderer),
-            (Backend::Auto, Err(e)) => Ok(cpu(format!("CPU, primary rays ({e})"))),
-            (Backend::Gpu, Err(e)) => Err(e),
+        if backend == Backend::Cpu {
+            return Ok(cpu("CPU, primary rays".into()));
+        }
+        match Self::on_gpu(scene) {
+            Err(e) if backend == Backend::Auto => Ok(cpu(format!("CPU, primary rays ({e})"))),
+            result => result,
         }
     }
 
@@ -130,7 +135,11 @@ impl<'s> Renderer<'s> {
         height: u32,
     ) -> Result<Frame> {
         let gbuffer = self.gbuffer(pose, lookup, camera, width, height)?;
-        let view = View::new(camera, width * SUBPIXELS, height * SUBPIXELS);
+        let view = View::new(
+            camera,
+            width.saturating_mul(SUBPIXELS),
+            height.saturating_mul(SUBPIXELS),
+        );
         let fine = self.see(pose, &view)?;
         let shades = shade::supersampled(self.scene, pose, &view, &fine);
         Ok(Frame { gbuffer, shades })
@@ -145,12 +154,34 @@ impl<'s> Renderer<'s> {
         width: u32,
         height: u32,
     ) -> Result<GBuffer> {
+        if let Lookup::Posed(pose) = lookup {
+            self.check(pose)?;
+        }
         let view = View::new(camera, width, height);
         let seen = self.see(pose, &view)?;
         Ok(GBuffer::resolve(self.scene, pose, lookup, &view, &seen))
     }
 
+    fn check(&self, pose: &Pose) -> Result<()> {
+        let instances = self.scene.instances.len();
+        if pose.world_from_mesh.len() == instances && pose.deformed.len() == instances {
+            return Ok(());
+        }
+        Err(Error::Invalid(format!(
+            "the pose is of {} instances and scene {} has {instances}; take a pose of this scene",
+            pose.world_from_mesh.len(),
+            self.scene.name
+        )))
+    }
+
     fn see(&mut self, pose: &Pose, view: &View) -> Result<Visibility> {
+        let sides = 1..=MAX_SIDE * SUBPIXELS;
+        if !sides.contains(&view.width) || !sides.contains(&view.height) {
+            return Err(Error::Invalid(format!(
+                "a picture must have 1 to {MAX_SIDE} pixels a side"
+            )));
+        }
+        self.check(pose)?;
         match &mut self.machine {
             Machine::Gpu { gpu, raster, .. } => raster.draw(gpu, pose, view),
             Machine::Cpu { tracer } => {

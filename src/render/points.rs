@@ -3,11 +3,11 @@
 
 use super::gbuffer::{GBuffer, NONE};
 use super::gpu::Gpu;
-use crate::points::client::{PointsState, PointsTrack};
+use crate::points::client::{Dirty, PointsState, PointsTrack};
 use crate::points::sample::{self, Case, Fallback, GridTransform, NO_TRACK};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
-use dapple_codec::points::{Bucket, Cell};
+use dapple_codec::points::{Bucket, Cell, DirtyRange};
 use rayon::prelude::*;
 
 /// How the pixels that see geometry came by their AO.
@@ -190,15 +190,29 @@ impl PointsPass {
         let height = queries.len() as u32 / width;
         let tracks: Vec<GpuTrack> = state.tracks.iter().map(gpu_track).collect();
         let result_bytes = size_of_val(queries) as u64 / 4;
-        let inputs: [(&str, &[u8]); 4] = [
-            ("queries", bytemuck::cast_slice(queries)),
-            ("tracks", bytemuck::cast_slice(&tracks)),
-            ("buckets", bytemuck::cast_slice(state.buckets)),
-            ("cells", bytemuck::cast_slice(state.cells)),
+        let inputs: [(&str, &[u8], Option<&[DirtyRange]>); 4] = [
+            ("queries", bytemuck::cast_slice(queries), None),
+            ("tracks", bytemuck::cast_slice(&tracks), None),
+            (
+                "buckets",
+                bytemuck::cast_slice(state.buckets),
+                state.dirty.map(|d| d.buckets),
+            ),
+            (
+                "cells",
+                bytemuck::cast_slice(state.cells),
+                state.dirty.map(|d| d.cells),
+            ),
         ];
-        for (slot, (label, bytes)) in self.buffers.iter_mut().zip(inputs) {
+        for (slot, (label, bytes, dirty)) in self.buffers.iter_mut().zip(inputs) {
+            let kept = slot
+                .as_ref()
+                .is_some_and(|b| b.size() >= bytes.len() as u64);
             let buffer = grown(slot, bytes.len() as u64, |n| gpu.empty_storage(label, n))?;
-            gpu.queue.write_buffer(buffer, 0, bytes);
+            match dirty.filter(|_| kept) {
+                Some(ranges) => upload(gpu, buffer, bytes, ranges),
+                None => gpu.queue.write_buffer(buffer, 0, bytes),
+            }
         }
         let [queries_, tracks_, buckets_, cells_, results, staging] = &mut self.buffers;
         let results = grown(results, result_bytes, |n| gpu.empty_storage("results", n))?;
@@ -239,6 +253,18 @@ impl PointsPass {
                 .map(result)
                 .collect()
         })
+    }
+}
+
+/// Uploads ranges of 32-byte items; what lies beyond the end is left out.
+fn upload(gpu: &Gpu, buffer: &wgpu::Buffer, bytes: &[u8], ranges: &[DirtyRange]) {
+    const ITEM: usize = size_of::<Cell>();
+    const _: () = assert!(size_of::<Bucket>() == ITEM);
+    for range in ranges {
+        let (start, end) = (range.start as usize * ITEM, range.end as usize * ITEM);
+        if let Some(bytes) = bytes.get(start..end.min(bytes.len())) {
+            gpu.queue.write_buffer(buffer, start as u64, bytes);
+        }
     }
 }
 
@@ -344,6 +370,7 @@ mod tests {
             buckets: &buckets,
             cells: &cells,
             track_of_instance: &[],
+            dirty: None,
         };
         let mut random = Random::new(77);
         let query = |i: u32, random: &mut Random| Query {
@@ -371,6 +398,62 @@ mod tests {
     }
 
     #[test]
+    fn only_dirty_ranges_are_uploaded() {
+        let Some(gpu) = gpu::for_test() else { return };
+        let mut pass = PointsPass::new(&gpu).unwrap();
+        let mut own = random_state(31, WIDTHS[0]);
+        let track = PointsTrack {
+            grid: own.grid,
+            first_bucket: 0,
+            first_cell: 0,
+        };
+        let mut random = Random::new(3);
+        let mut query = || Query {
+            position: (random.vec() * 1.2).to_array(),
+            track: 0,
+            normal: random.direction().to_array(),
+            pad: 0,
+        };
+        let queries: Vec<_> = (0..4096).map(|_| query()).collect();
+        let mut mean = |cells: &[Cell], dirty: Option<&[DirtyRange]>| {
+            let state = PointsState {
+                tracks: &[track],
+                buckets: &own.buckets,
+                cells,
+                track_of_instance: &[],
+                dirty: dirty.map(|cells| Dirty {
+                    buckets: &[],
+                    cells,
+                }),
+            };
+            let results = pass
+                .sample(&gpu, 64, &queries, &state, Fallback::Mend)
+                .unwrap();
+            let cpu = sample_on_cpu(&queries, &state, Fallback::Mend).unwrap();
+            let mean = |results: &[(f32, Case, u32)]| results.iter().map(|r| r.0).sum::<f32>();
+            (mean(&results) / 4096.0, mean(&cpu) / 4096.0)
+        };
+        let (before, expected) = mean(&own.cells, None);
+        assert!((before - expected).abs() < 1e-3, "{before} {expected}");
+        // Everything turns black, and the device is told of nothing, then of all of it.
+        own.cells
+            .iter_mut()
+            .flat_map(|cell| &mut cell.points)
+            .for_each(|word| *word &= !0xff);
+        let (stale, expected) = mean(&own.cells, Some(&[]));
+        assert_eq!(stale, before);
+        let all = DirtyRange {
+            start: 0,
+            end: own.cells.len() as u32,
+        };
+        let (after, _) = mean(&own.cells, Some(&[all]));
+        assert!(
+            (after - expected).abs() < 1e-3 && after < before - 0.1,
+            "{after} {expected}"
+        );
+    }
+
+    #[test]
     fn a_track_beyond_the_buffers_is_an_error() {
         let own = random_state(1, WIDTHS[0]);
         let track = PointsTrack {
@@ -383,6 +466,7 @@ mod tests {
             buckets: &own.buckets,
             cells: &own.cells,
             track_of_instance: &[],
+            dirty: None,
         };
         let error = sample_on_cpu(&[], &state, Fallback::Mend).unwrap_err();
         assert!(error.to_string().contains("points track 0"), "{error}");

@@ -348,6 +348,20 @@ fn both_machines_make_the_same_picture() {
 }
 
 #[test]
+fn sizes_and_poses_that_do_not_fit_are_errors() {
+    let scene = scene();
+    let pose = scene.pose(0.0);
+    let mut renderer = Renderer::new(&scene, Backend::Cpu).unwrap();
+    for (width, height) in [(0, 9), (9, 0), (u32::MAX, 9), (9, MAX_SIDE + 1)] {
+        let frame = renderer.frame(&pose, Lookup::Rest, &eye(), width, height);
+        assert!(frame.is_err(), "{width}x{height}");
+    }
+    let other = Pose::default();
+    assert!(renderer.frame(&other, Lookup::Rest, &eye(), 9, 9).is_err());
+    assert!(renderer.frame(&pose, Lookup::Posed(&other), &eye(), 9, 9).is_err());
+}
+
+#[test]
 fn ao_darkens_reflected_light_alone() {
     let mut random = Random::new(4);
     let shades: Vec<Shade> = (0..8)
