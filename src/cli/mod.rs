@@ -15,6 +15,7 @@ use crate::{Error, Result};
 pub mod args;
 pub mod compare;
 pub mod decode;
+pub mod demo;
 pub mod encode;
 pub mod inspect;
 pub mod job;
@@ -35,6 +36,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Demo(demo::Args),
     Encode(encode::Args),
     Render(render::Args),
     Inspect(inspect::Args),
@@ -54,6 +56,7 @@ pub fn main() -> ExitCode {
         }
     };
     let result = match cli.command {
+        Command::Demo(args) => demo::run(&args),
         Command::Encode(args) => encode::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Inspect(args) => inspect::run(&args),

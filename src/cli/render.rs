@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     let picture = if args.ao_only {
-        composite::ao_picture(&frame.gbuffer, &ao)?
+        composite::ao_picture(&frame.gbuffer, &ao)
     } else {
         frame.composite(Some(&ao))
     };

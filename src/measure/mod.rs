@@ -5,12 +5,14 @@
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`difference`]: pictures of signed differences
 //! - [`bitrate`]: bytes to Mbit/s
+//! - [`evaluate`]: a stream encoded, decoded and scored
 //! - [`reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
 
 pub mod bitrate;
 pub mod chart;
 pub mod difference;
+pub mod evaluate;
 pub mod flip;
 pub mod metrics;
 pub mod reference;

@@ -6,6 +6,7 @@ use crate::Result;
 use crate::points::rng::Rng;
 use crate::render::Frame;
 use crate::render::gbuffer::{GBuffer, NONE};
+use crate::scene::Pose;
 use crate::trace::Tracer;
 use rayon::prelude::*;
 
@@ -48,6 +49,8 @@ pub fn rtao(
 
 /// A frame with its reference.
 pub struct Reference {
+    /// Animation time in seconds.
+    pub time: f64,
     pub frame: Frame,
     /// RTAO per pixel.
     pub ao: Vec<f32>,
@@ -66,14 +69,25 @@ pub struct Score {
 }
 
 impl Reference {
-    pub fn new(tracer: &Tracer, frame: Frame, rays: u32, distance: f32, seed: u64) -> Result<Self> {
+    /// Traces the reference of a frame drawn at `pose`, where `tracer` stands, too.
+    ///
+    /// # Errors
+    /// `Invalid` for a picture without geometry.
+    pub fn new(
+        tracer: &Tracer,
+        pose: &Pose,
+        frame: Frame,
+        rays: u32,
+        distance: f32,
+        seed: u64,
+    ) -> Result<Self> {
         let (a, b) = rtao(tracer, &frame.gbuffer, rays, distance, seed);
         let mask: Vec<bool> = frame.gbuffer.fragments.iter().map(|f| f.instance != NONE).collect();
         let (width, height) = (frame.gbuffer.width, frame.gbuffer.height);
         let field = |values| Field { width, height, values, mask: &mask };
         let noise = noise_of_mean(&field(&a), &field(&b))?;
         let ao = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-        Ok(Reference { frame, ao, noise, mask })
+        Ok(Reference { time: pose.time, frame, ao, noise, mask })
     }
 
     /// `values` as a field over this frame's geometry.

@@ -19,9 +19,9 @@ pub fn composite(width: u32, height: u32, shades: &[Shade], ao: Option<&[f32]>) 
 }
 
 /// AO over geometry as linear grey; the sky is white.
-pub fn ao_picture(gbuffer: &GBuffer, ao: &[f32]) -> crate::Result<Picture> {
+pub fn ao_picture(gbuffer: &GBuffer, ao: &[f32]) -> Picture {
     let open =
         |(f, v): (&super::gbuffer::Fragment, &f32)| if f.instance == NONE { 1.0 } else { *v };
     let values: Vec<f32> = gbuffer.fragments.iter().zip(ao).map(open).collect();
-    Picture::from_gray(gbuffer.width, gbuffer.height, &values)
+    Picture::from_values(gbuffer.width, gbuffer.height, &values)
 }

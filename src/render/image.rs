@@ -4,8 +4,9 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
-use crate::{Error, Result};
 use glam::Vec3;
+
+use crate::{Error, Result};
 
 /// Largest width and height of a picture that is read or written, in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -31,34 +32,26 @@ impl Picture {
         }
     }
 
-    /// Encodes linear colour in 0..=1, one value a pixel; what lies beyond is clamped, NaN is black.
+    /// Encodes linear colour in 0..=1; what lies beyond is clamped, NaN is black.
     pub fn from_linear(width: u32, height: u32, linear: &[Vec3]) -> Picture {
-        let rgb = linear
-            .iter()
-            .map(|c| c.to_array().map(srgb8_from_linear))
-            .collect();
-        Picture { width, height, rgb }
+        let encode = |c: &Vec3| c.to_array().map(srgb8_from_linear);
+        Picture {
+            width,
+            height,
+            rgb: linear.iter().map(encode).collect(),
+        }
     }
 
-    /// A gray picture of a linear field in 0..=1, `round(255 * value)` in all three channels: the
-    /// field is displayed as it is, with no transfer curve. NaN is black.
-    ///
-    /// # Errors
-    /// `Invalid` where `values` is not `width * height` long.
-    pub fn from_gray(width: u32, height: u32, values: &[f32]) -> Result<Picture> {
-        if values.len() != width as usize * height as usize {
-            return Err(Error::Invalid(format!(
-                "a {width}x{height} picture needs {} values, not {}",
-                width as usize * height as usize,
-                values.len()
-            )));
-        }
+    /// A gray picture of values that are no colours (AO): `round(255 * value)` in all three
+    /// channels, displayed as it is, with no transfer curve. NaN is black.
+    pub fn from_values(width: u32, height: u32, values: &[f32]) -> Picture {
         // NaN becomes 0 in the cast.
-        let rgb = values
-            .iter()
-            .map(|v| [(v.clamp(0.0, 1.0) * 255.0).round() as u8; 3])
-            .collect();
-        Ok(Picture { width, height, rgb })
+        let encode = |v: &f32| [(v.clamp(0.0, 1.0) * 255.0).round() as u8; 3];
+        Picture {
+            width,
+            height,
+            rgb: values.iter().map(encode).collect(),
+        }
     }
 
     /// Reads a PNG of at most [`MAX_SIDE`] pixels a side. 16-bit channels are rounded to 8, gray is
@@ -160,14 +153,6 @@ pub fn srgb8_from_linear(c: f32) -> u8 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn srgb_round_trips() {
-        for i in 0..=255 {
-            let linear = crate::scene::texture::srgb_to_linear(i);
-            assert_eq!(srgb8_from_linear(linear), i);
-        }
-    }
-
     fn temporary(name: &str) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().expect("temporary folder");
         let path = folder.path().join(name);
@@ -235,12 +220,18 @@ mod tests {
             .to_png()
             .is_err()
         );
-        assert!(Picture::from_gray(2, 2, &[0.0; 3]).is_err());
+    }
+
+    #[test]
+    fn linear_light_by_hand() {
+        let linear = [0.0, 0.002, 0.502_886_5, 2.0].map(Vec3::splat);
+        let picture = Picture::from_linear(4, 1, &linear);
+        assert_eq!(picture.rgb, [[0; 3], [7; 3], [188; 3], [255; 3]]);
     }
 
     #[test]
     fn gray_rounds_and_clamps() {
-        let picture = Picture::from_gray(4, 1, &[-1.0, 0.5, 2.0, f32::NAN]).expect("made");
+        let picture = Picture::from_values(4, 1, &[-1.0, 0.5, 2.0, f32::NAN]);
         assert_eq!(picture.rgb, [[0; 3], [128; 3], [255; 3], [0; 3]]);
     }
 }

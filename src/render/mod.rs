@@ -15,7 +15,6 @@ pub mod raster;
 pub mod shade;
 pub mod view;
 
-use crate::Result;
 use crate::points::client::PointsState;
 use crate::points::sample::Fallback;
 use crate::scene::{CameraPose, Pose, Scene};

@@ -3,7 +3,7 @@
 
 use super::gbuffer::{GBuffer, NONE};
 use super::gpu::Gpu;
-use crate::points::client::{Dirty, PointsState, PointsTrack};
+use crate::points::client::{PointsState, PointsTrack};
 use crate::points::sample::{self, Case, Fallback, GridTransform, NO_TRACK};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
