@@ -178,19 +178,12 @@ fn building(scene: &mut Scene) {
     let mut gratings = Shape::default();
     for side in [-1.0, 1.0] {
         window_wall(&mut walls, &mut gratings, side);
-        let corner = Vec3::new(side * HALF_X, 0.0, side * HALF_Z);
+        let corner = Vec3::new(side * HALF_X, 0.0, -side * HALF_Z);
         walls.quad(
             corner,
-            Vec3::Z * (-2.0 * side * HALF_Z),
+            Vec3::Z * (2.0 * side * HALF_Z),
             Vec3::Y * HEIGHT,
             PLASTER,
-        );
-        // Skirting along the long walls, so that the room has a foot.
-        let z = side * (HALF_Z - 0.04);
-        walls.cuboid(
-            Vec3::new(DAIS_X, 0.0, z - 0.04),
-            Vec3::new(HALF_X, 0.25, z + 0.04),
-            STONE,
         );
     }
     add_fixed(scene, walls, "walls");
@@ -207,22 +200,15 @@ fn building(scene: &mut Scene) {
         );
         roof.cuboid(
             Vec3::new(-HALF_X, HEIGHT - 0.45, near - 0.25),
-            Vec3::new(HALF_X, HEIGHT + 0.25, near + 0.25),
+            Vec3::new(HALF_X, HEIGHT + 0.1, near + 0.25),
             STONE,
         );
-        for i in 0..20 {
-            let x = -9.5 + i as f32;
+        for i in 0..10 {
+            let x = -9.0 + 2.0 * i as f32;
+            let (inner, outer) = (near + 0.25 * side, far);
             roof.cuboid(
-                Vec3::new(
-                    x - 0.07,
-                    HEIGHT - 0.2,
-                    near.min(far) + 0.25 * (1.0 - side) / 2.0,
-                ),
-                Vec3::new(
-                    x + 0.07,
-                    HEIGHT,
-                    near.max(far) - 0.25 * (1.0 + side) / 2.0 * 0.0,
-                ),
+                Vec3::new(x - 0.07, HEIGHT - 0.2, inner.min(outer)),
+                Vec3::new(x + 0.07, HEIGHT, inner.max(outer)),
                 WOOD,
             );
         }
@@ -578,7 +564,7 @@ fn cameras_and_sun(scene: &mut Scene, times: &[f32]) {
             values,
         });
     }
-    let corner = look_at(Vec3::new(9.4, 3.6, 5.4), Vec3::new(-1.5, 0.9, -1.2), 1.0);
+    let corner = look_at(Vec3::new(9.6, 4.5, 2.2), Vec3::new(-1.5, 0.5, -1.2), 1.0);
     let yfov = 58.0f32.to_radians();
     for (name, node, world_from_camera) in [
         ("main", Some(main), Affine3A::IDENTITY),
