@@ -48,15 +48,7 @@ impl<'s> Tracer<'s> {
     }
     /// Share of `rays` cosine-distributed rays about `normal` that travel `distance` metres
     /// unhindered: 1 is open, 0 is closed. `seed` picks the rotation of the sequence.
-    pub fn ambient_occlusion(
-        &self,
-        _position: Vec3,
-        _geometric_normal: Vec3,
-        _normal: Vec3,
-        _rays: u32,
-        _distance: f32,
-        _seed: u32,
-    ) -> f32 {
+    pub fn ambient_occlusion(&self, _position: Vec3, _geometric_normal: Vec3, _normal: Vec3, _rays: u32, _distance: f32, _seed: u32) -> f32 {
         todo!()
     }
 }
