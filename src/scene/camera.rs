@@ -10,7 +10,7 @@ use glam::{Affine3A, Mat4, Vec3, Vec4};
 
 /// Vertical field of view of cameras that the scene does not define: 50 degrees.
 pub const DEFAULT_YFOV: f32 = 0.872_664_6;
-const DEFAULT_ZNEAR: f32 = 0.05;
+pub(super) const DEFAULT_ZNEAR: f32 = 0.05;
 
 /// A camera at `eye` that looks at `target`, +Y up. `yfov` in radians.
 ///
@@ -123,39 +123,6 @@ impl Scene {
             }
         });
         bounds
-    }
-
-    /// A camera for a scene that has none.
-    ///
-    /// An object is seen whole, from above one corner of its box. A room, where more area faces the
-    /// middle of the box than faces away, is seen from inside: from near a corner at eye height,
-    /// along the diagonal.
-    pub fn framing_camera(&self, pose: &Pose) -> CameraPose {
-        let Some((min, max)) = self.bounds(pose) else {
-            return look_at(Vec3::Z, Vec3::ZERO, DEFAULT_YFOV);
-        };
-        let (middle, half) = ((min + max) * 0.5, (max - min) * 0.5);
-        let mut inward = 0.0f64;
-        self.for_each_triangle(pose, |[a, b, c]| {
-            // Floors face the middle in rooms and terrains alike: only walls tell.
-            let mut area = (b - a).cross(c - a) * 0.5;
-            area.y = 0.0;
-            let outward = ((a + b + c) / 3.0 - middle) / half.max(Vec3::splat(1e-6));
-            inward -= f64::from(area.dot(outward));
-        });
-        let radius = half.length().max(1e-3);
-        if inward > 0.0 {
-            let eye = middle + Vec3::new(-0.8, 0.0, -0.8) * half;
-            let height = (half.y * 0.8).min(1.7);
-            let eye = Vec3::new(eye.x, min.y + height, eye.z);
-            let target = Vec3::new(middle.x, eye.y, middle.z);
-            return look_at(eye, target, DEFAULT_YFOV * 1.3);
-        }
-        let distance = radius / (DEFAULT_YFOV * 0.5).sin();
-        let direction = Vec3::new(0.6, 0.45, 0.75).normalize();
-        let mut camera = look_at(middle + direction * distance, middle, DEFAULT_YFOV);
-        camera.znear = (distance * 1e-3).clamp(1e-4, DEFAULT_ZNEAR);
-        camera
     }
 
     /// Calls back with the world-space corners of every triangle, counter-clockwise seen from

@@ -9,6 +9,7 @@ pub mod camera;
 #[cfg(test)]
 mod corpus_tests;
 mod derived;
+mod framing;
 mod gltf;
 mod hall;
 mod normals;

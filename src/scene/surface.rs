@@ -241,3 +241,114 @@ fn shade(
     }
     (position, keep_above(normal, geometric), geometric)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Material, Node, Texture, normals};
+    use glam::{Mat3A, Quat};
+
+    /// A unit square in the XY plane that faces +Z, u along +X, v along -Y as glTF has it, with a
+    /// normal map of one texel.
+    fn bumpy(texel: [u8; 3], scale: Vec3) -> Scene {
+        let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        let mut mesh = Mesh {
+            positions: vec![
+                corner(0.0, 0.0),
+                corner(1.0, 0.0),
+                corner(1.0, 1.0),
+                corner(0.0, 1.0),
+            ],
+            normals: vec![Vec3::Z; 4],
+            uvs: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            materials: vec![0; 2],
+            ..Mesh::default()
+        };
+        normals::generate_tangents(&mut mesh);
+        Scene {
+            meshes: vec![mesh],
+            materials: vec![Material {
+                normal_texture: Some(0),
+                ..Material::default()
+            }],
+            textures: vec![Texture {
+                width: 1,
+                height: 1,
+                texels: vec![[texel[0], texel[1], texel[2], 255]],
+                ..Texture::default()
+            }],
+            nodes: vec![Node {
+                name: String::new(),
+                parent: None,
+                translation: Vec3::ZERO,
+                rotation: Quat::IDENTITY,
+                scale,
+                matrix: None,
+                morph_weights: Vec::new(),
+            }],
+            instances: vec![Instance {
+                node: Some(0),
+                ..Instance::default()
+            }],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn normal_maps_lean_to_the_right_and_up() {
+        for (texel, expected) in [
+            ([255, 128, 255], Vec3::new(1.0, 0.0, 1.0)),
+            ([128, 255, 255], Vec3::new(0.0, 1.0, 1.0)),
+            ([0, 128, 255], Vec3::new(-1.0, 0.0, 1.0)),
+        ] {
+            let scene = bumpy(texel, Vec3::ONE);
+            let here = scene.surface(&scene.rest_pose(), 0, 0, 0.3, 0.3);
+            assert!(
+                here.normal.abs_diff_eq(expected.normalize(), 5e-3),
+                "{texel:?} {}",
+                here.normal
+            );
+            assert_eq!(here.geometric_normal, Vec3::Z);
+            assert_eq!(here.rest_normal, here.mesh_normal);
+        }
+    }
+
+    #[test]
+    fn a_normal_map_cannot_turn_below_the_surface() {
+        let scene = bumpy([255, 128, 0], Vec3::ONE);
+        let here = scene.surface(&scene.rest_pose(), 0, 1, 0.3, 0.3);
+        assert!(
+            here.normal.z > 0.0 && here.normal.x > 0.9,
+            "{}",
+            here.normal
+        );
+    }
+
+    #[test]
+    fn mirrored_instances_mirror_their_bumps() {
+        let scene = bumpy([255, 128, 255], Vec3::new(-1.0, 1.0, 1.0));
+        let here = scene.surface(&scene.rest_pose(), 0, 0, 0.3, 0.3);
+        let expected = Vec3::new(-1.0, 0.0, 1.0).normalize();
+        assert!(here.normal.abs_diff_eq(expected, 5e-3), "{}", here.normal);
+    }
+
+    #[test]
+    fn the_normal_matrix_is_the_inverse_transpose() {
+        let m = Mat3A::from_cols(
+            Vec3A::new(1.0, 0.3, -0.2),
+            Vec3A::new(0.1, -2.0, 0.4),
+            Vec3A::new(0.5, 0.2, 3.0),
+        );
+        let n = Vec3A::new(0.3, -0.5, 0.8);
+        let expected = (m.inverse().transpose() * n).normalize();
+        assert!(
+            (normal_matrix(&m) * n)
+                .normalize()
+                .abs_diff_eq(expected, 1e-6)
+        );
+        let world = Affine3A::from_mat3((m * 1e-15).into());
+        let tiny = normal_to_world(&world, n.into());
+        assert!(tiny.abs_diff_eq(expected.into(), 1e-5), "{tiny}");
+    }
+}

@@ -1,0 +1,218 @@
+//! A camera for a scene that has none: outside an object, inside a room.
+//!
+//! Looking at a box from a corner shows nothing of a room, and comparing how much area faces the
+//! middle fails for walls that have two sides. So a grid of points is asked what they see along the
+//! six axes: a point that sees front faces in at least five of them is inside a room (the sky may
+//! be open); inside a solid one sees back faces, and beside an object mostly nothing.
+
+use super::camera::{DEFAULT_YFOV, DEFAULT_ZNEAR, look_at};
+use super::{CameraPose, Pose, Scene};
+use glam::Vec3;
+
+/// Points of the grid along X, Y and Z.
+const GRID: [usize; 3] = [7, 3, 7];
+/// Axes of six that must end at a front face.
+const ENCLOSED: usize = 5;
+/// A view is worth no more than this many times the width of the place.
+const LONGEST_VIEW: f32 = 4.0;
+const EYE_HEIGHT: f32 = 1.6;
+
+/// The nearest surface along one direction: distance, and whether its front is seen.
+#[derive(Clone, Copy)]
+struct Seen {
+    distance: f32,
+    front: bool,
+}
+
+const NOTHING: Seen = Seen {
+    distance: f32::INFINITY,
+    front: false,
+};
+
+/// A point and what it sees along -X, +X, -Y, +Y, -Z, +Z.
+struct Probe {
+    at: Vec3,
+    seen: [Seen; 6],
+}
+
+impl Scene {
+    /// A camera for a scene that has none: from within the widest room if there is one, else from
+    /// above a corner of the scene's box, far enough to see it whole.
+    pub fn framing_camera(&self, pose: &Pose) -> CameraPose {
+        let Some((min, max)) = self.bounds(pose) else {
+            return look_at(Vec3::Z, Vec3::ZERO, DEFAULT_YFOV);
+        };
+        if let Some((eye, target)) = room_view(&self.probe(pose, min, max)) {
+            let mut camera = look_at(eye, target, DEFAULT_YFOV * 1.25);
+            camera.znear = (eye.distance(target) * 1e-2).clamp(1e-4, DEFAULT_ZNEAR);
+            return camera;
+        }
+        let middle = (min + max) * 0.5;
+        let radius = ((max - min) * 0.5).length().max(1e-3);
+        let distance = radius / (DEFAULT_YFOV * 0.5).sin();
+        let direction = Vec3::new(0.6, 0.45, 0.75).normalize();
+        let mut camera = look_at(middle + direction * distance, middle, DEFAULT_YFOV);
+        camera.znear = (distance * 1e-3).clamp(1e-4, DEFAULT_ZNEAR);
+        camera
+    }
+
+    fn probe(&self, pose: &Pose, min: Vec3, max: Vec3) -> Vec<Probe> {
+        let place = |axis: usize, i: usize| {
+            // Off the regular fractions, where scenes like to have their walls.
+            let f = (i as f32 + 0.47) / GRID[axis] as f32;
+            min[axis] + (max[axis] - min[axis]) * f
+        };
+        let index = |i: [usize; 3]| (i[0] * GRID[1] + i[1]) * GRID[2] + i[2];
+        let mut probes = Vec::with_capacity(GRID[0] * GRID[1] * GRID[2]);
+        for i in 0..GRID[0] {
+            for j in 0..GRID[1] {
+                for k in 0..GRID[2] {
+                    probes.push(Probe {
+                        at: Vec3::new(place(0, i), place(1, j), place(2, k)),
+                        seen: [NOTHING; 6],
+                    });
+                }
+            }
+        }
+        self.for_each_triangle(pose, |[a, b, c]| {
+            let normal = (b - a).cross(c - a);
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            for axis in 0..3 {
+                let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+                if normal[axis] == 0.0 {
+                    continue;
+                }
+                for i in 0..GRID[p] {
+                    let x = place(p, i);
+                    if x < low[p] || x > high[p] {
+                        continue;
+                    }
+                    for j in 0..GRID[q] {
+                        let y = place(q, j);
+                        if y < low[q] || y > high[q] {
+                            continue;
+                        }
+                        // Twice the signed areas, seen along the axis.
+                        let side = |s: Vec3, t: Vec3| {
+                            (t[p] - s[p]) * (y - s[q]) - (t[q] - s[q]) * (x - s[p])
+                        };
+                        let (u, v, w) = (side(b, c), side(c, a), side(a, b));
+                        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0)
+                            || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+                        let sum = u + v + w;
+                        if !inside || sum == 0.0 {
+                            continue;
+                        }
+                        let hit = (a[axis] * u + b[axis] * v + c[axis] * w) / sum;
+                        for k in 0..GRID[axis] {
+                            let mut at = [0; 3];
+                            (at[axis], at[p], at[q]) = (k, i, j);
+                            let probe = &mut probes[index(at)];
+                            let ahead = hit - probe.at[axis];
+                            let slot = &mut probe.seen[axis * 2 + usize::from(ahead > 0.0)];
+                            if ahead.abs() < slot.distance {
+                                *slot = Seen {
+                                    distance: ahead.abs(),
+                                    front: normal[axis] * ahead < 0.0,
+                                };
+                            }
+                        }
+                    }
+                }
+            }
+        });
+        probes
+    }
+}
+
+/// Eye and target of the best view from inside, if any probe is inside.
+fn room_view(probes: &[Probe]) -> Option<(Vec3, Vec3)> {
+    let mut best: Option<(f32, Vec3, Vec3)> = None;
+    for probe in probes {
+        let seen = &probe.seen;
+        if seen.iter().filter(|s| s.front).count() < ENCLOSED || !seen[2].front {
+            continue;
+        }
+        for (direction, across) in [(0, [4, 5]), (1, [4, 5]), (4, [0, 1]), (5, [0, 1])] {
+            let free = seen[direction].distance;
+            let nearest = seen[across[0]].distance.min(seen[across[1]].distance);
+            if !free.is_finite() || !nearest.is_finite() {
+                continue;
+            }
+            let score = free.min(LONGEST_VIEW * nearest);
+            if best.as_ref().is_none_or(|(s, _, _)| score > *s) {
+                let (down, up) = (seen[2].distance, seen[3].distance);
+                let tall = if up.is_finite() {
+                    down + up
+                } else {
+                    2.0 * down
+                };
+                let height = EYE_HEIGHT.min(tall * 0.55).min(down.max(tall * 0.3));
+                let eye = Vec3::new(probe.at.x, probe.at.y - down + height, probe.at.z);
+                let sign = if direction % 2 == 0 { -1.0 } else { 1.0 };
+                let mut target = eye;
+                target[direction / 2] += sign * free;
+                best = Some((score, eye, target));
+            }
+        }
+    }
+    best.map(|(_, eye, target)| (eye, target))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Instance, Mesh};
+
+    /// A box of 4 x 3 x 8 m that is seen from outside or from inside.
+    fn container(inside: bool) -> Scene {
+        let corner = |i: usize| {
+            let bit = |b: usize| (i >> b & 1) as f32;
+            Vec3::new(4.0 * bit(0), 3.0 * bit(1), 8.0 * bit(2))
+        };
+        let quads = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        let mut mesh = Mesh {
+            positions: (0..8).map(corner).collect(),
+            normals: vec![Vec3::Y; 8],
+            ..Mesh::default()
+        };
+        for [a, b, c, d] in quads {
+            for t in [[a, b, c], [a, c, d]] {
+                mesh.triangles
+                    .push(if inside { [t[0], t[2], t[1]] } else { t });
+                mesh.materials.push(0);
+            }
+        }
+        Scene {
+            meshes: vec![mesh],
+            instances: vec![Instance::default()],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_room_is_seen_from_inside_and_an_object_from_outside() {
+        for inside in [true, false] {
+            let scene = container(inside);
+            let camera = scene.framing_camera(&scene.rest_pose());
+            let eye = camera.eye();
+            let within = eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::new(4.0, 3.0, 8.0)).all();
+            assert_eq!(within, inside, "{eye}");
+            if inside {
+                // Along the room, from its far end.
+                let ahead = camera.ray(0.5, 0.5, 1, 1);
+                assert!(
+                    ahead.z.abs() > 0.9 && ahead.z * (4.0 - eye.z) > 0.0,
+                    "{eye} {ahead}"
+                );
+            }
+        }
+    }
+}
