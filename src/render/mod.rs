@@ -66,15 +66,15 @@ pub struct Renderer<'s> {
     name: String,
 }
 
+struct Device {
+    gpu: Gpu,
+    raster: Raster,
+    points: PointsPass,
+}
+
 enum Machine<'s> {
-    Gpu {
-        gpu: Gpu,
-        raster: Box<Raster>,
-        points: PointsPass,
-    },
-    Cpu {
-        tracer: Option<Box<Tracer<'s>>>,
-    },
+    Gpu(Box<Device>),
+    Cpu { tracer: Option<Box<Tracer<'s>>> },
 }
 
 impl<'s> Renderer<'s> {
@@ -97,16 +97,16 @@ impl<'s> Renderer<'s> {
 
     fn on_gpu(scene: &'s Scene) -> Result<Renderer<'s>> {
         let gpu = Gpu::new()?;
-        let raster = Box::new(Raster::new(&gpu, scene, &scene.rest_pose())?);
+        let raster = Raster::new(&gpu, scene, &scene.rest_pose())?;
         let points = PointsPass::new(&gpu)?;
         let name = format!("GPU, {}", gpu.name());
         Ok(Renderer {
             scene,
-            machine: Machine::Gpu {
+            machine: Machine::Gpu(Box::new(Device {
                 gpu,
                 raster,
                 points,
-            },
+            })),
             name,
         })
     }
@@ -118,7 +118,7 @@ impl<'s> Renderer<'s> {
 
     /// Whether timings say anything about graphics hardware.
     pub fn is_hardware(&self) -> bool {
-        matches!(&self.machine, Machine::Gpu { gpu, .. } if !gpu.is_software())
+        matches!(&self.machine, Machine::Gpu(d) if !d.gpu.is_software())
     }
 
     /// Draws the scene at `pose` from `camera`.
@@ -182,7 +182,7 @@ impl<'s> Renderer<'s> {
         }
         self.check(pose)?;
         match &mut self.machine {
-            Machine::Gpu { gpu, raster, .. } => raster.draw(gpu, pose, view),
+            Machine::Gpu(d) => d.raster.draw(&d.gpu, pose, view),
             Machine::Cpu { tracer } => {
                 let tracer = match tracer {
                     Some(tracer) => {
@@ -204,7 +204,7 @@ impl<'s> Renderer<'s> {
         fallback: Fallback,
     ) -> Result<PointsAo> {
         match &mut self.machine {
-            Machine::Gpu { gpu, points, .. } => points.ao(gpu, gbuffer, state, fallback),
+            Machine::Gpu(d) => d.points.ao(&d.gpu, gbuffer, state, fallback),
             Machine::Cpu { .. } => points::ao_on_cpu(gbuffer, state, fallback),
         }
     }

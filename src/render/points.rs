@@ -190,7 +190,8 @@ impl PointsPass {
         let height = queries.len() as u32 / width;
         let tracks: Vec<GpuTrack> = state.tracks.iter().map(gpu_track).collect();
         let result_bytes = size_of_val(queries) as u64 / 4;
-        let inputs: [(&str, &[u8], Option<&[DirtyRange]>); 4] = [
+        type Input<'i> = (&'i str, &'i [u8], Option<&'i [DirtyRange]>);
+        let inputs: [Input; 4] = [
             ("queries", bytemuck::cast_slice(queries), None),
             ("tracks", bytemuck::cast_slice(&tracks), None),
             (
@@ -390,7 +391,7 @@ mod tests {
                 strays +=
                     u32::from((cpu.1, cpu.2) != (gpu.1, gpu.2) || (cpu.0 - gpu.0).abs() > 1e-4);
             }
-            assert!(strays <= 6, "{strays} of {} differ", queries.len());
+            assert!(strays <= 2, "{strays} of {} differ", queries.len());
             let cases = |case| on_cpu.iter().filter(|r| r.1 == case).count();
             assert!(cases(Case::Found) > 500 && cases(Case::None) > 500);
             assert_eq!(cases(Case::Mended) > 100, fallback == Fallback::Mend);

@@ -88,7 +88,7 @@ fn scene() -> Scene {
     };
     let floor = (
         Vec3::splat(4.0),
-        Quat::from_rotation_x(-1.5707963),
+        Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2),
         Vec3::ZERO,
     );
     let placed = [
@@ -358,7 +358,11 @@ fn sizes_and_poses_that_do_not_fit_are_errors() {
     }
     let other = Pose::default();
     assert!(renderer.frame(&other, Lookup::Rest, &eye(), 9, 9).is_err());
-    assert!(renderer.frame(&pose, Lookup::Posed(&other), &eye(), 9, 9).is_err());
+    assert!(
+        renderer
+            .frame(&pose, Lookup::Posed(&other), &eye(), 9, 9)
+            .is_err()
+    );
 }
 
 #[test]
