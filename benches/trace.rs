@@ -51,7 +51,7 @@ fn main() {
     let begin = Instant::now();
     let mut tracer = Tracer::new(&scene, &pose);
     println!("build: {:.0} ms", begin.elapsed().as_secs_f64() * 1e3);
-    top_level(&mut tracer, &pose);
+    top_level(&mut tracer, &scene, &pose);
 
     let points = points(&scene, &pose);
     let sets = [
@@ -97,11 +97,11 @@ fn blocked(tracer: &Tracer, (position, normal): Point, seed: usize) -> usize {
 }
 
 /// Time of a rebuild of the upper level, and of an update in which nothing moved.
-fn top_level(tracer: &mut Tracer, pose: &Pose) {
+fn top_level(tracer: &mut Tracer, scene: &Scene, pose: &Pose) {
     let mut moved = pose.clone();
     let mut milliseconds = |pose: &Pose| {
         let begin = Instant::now();
-        tracer.update(pose);
+        let _work = tracer.update(pose);
         begin.elapsed().as_secs_f64() * 1e3
     };
     let (mut moving, mut still) = (f64::INFINITY, f64::INFINITY);
@@ -113,6 +113,14 @@ fn top_level(tracer: &mut Tracer, pose: &Pose) {
         still = still.min(milliseconds(&moved));
     }
     milliseconds(pose);
+    let later = scene.pose(1.0);
+    let begin = Instant::now();
+    let work = tracer.update(&later);
+    println!(
+        "update to t = 1 s: {:.2} ms, {work:?}",
+        begin.elapsed().as_secs_f64() * 1e3
+    );
+    tracer.update(pose);
     println!("update: {moving:.3} ms when one instance moves, {still:.3} ms when none does");
 }
 
