@@ -4,6 +4,9 @@
 //! the AVX2 form is spelled out. A value of [`Avx2`] is the proof that the processor has it; code
 //! that takes [`Instructions`] is compiled once for each, into functions that enable the same.
 
+// An axis runs over several arrays at once here.
+#![allow(clippy::needless_range_loop)]
+
 use super::slab::{Lanes, SlabRay};
 
 /// How eight boxes are tested. All ways give the same bits.

@@ -331,7 +331,7 @@ impl<'s> Tracer<'s> {
     #[inline(always)]
     fn world_ray(&self, ray: &Ray) -> Option<SlabRay> {
         let finite = ray.origin.is_finite() && ray.direction.is_finite();
-        if !finite || ray.direction == Vec3::ZERO || !(ray.t_max > 0.0) {
+        if !finite || ray.direction == Vec3::ZERO || ray.t_max.is_nan() || ray.t_max <= 0.0 {
             return None;
         }
         let slack = self.slack * ray.origin.abs().max_element();

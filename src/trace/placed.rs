@@ -49,8 +49,7 @@ impl Placed {
         let inverse = linear.inverse();
         let (scale, stretch) = (norm(&linear), norm(&inverse));
         let condition = scale * stretch;
-        // Also false for NaN.
-        if !(condition <= MAX_CONDITION) {
+        if condition.is_nan() || condition > MAX_CONDITION {
             return None;
         }
         let inverse = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(|c| c.as_vec3());

@@ -8,6 +8,9 @@
 //! It is also *conservative*: the far distance is widened by the rounding error of its computation
 //! (Ize 2013, *Robust BVH Ray Traversal*), so a true intersection is never refused.
 
+// An axis runs over several arrays at once here.
+#![allow(clippy::needless_range_loop)]
+
 use super::aabb::Aabb;
 
 /// 1 + 2 gamma(3) for `f32`, rounded up (Ize 2013).

@@ -791,3 +791,58 @@ fn threads_change_nothing() {
     assert_eq!(one, with(4));
     assert_eq!(one, with(3));
 }
+
+/// Real scenes, with masks, skins and coincident triangles, against the loop over all triangles.
+#[test]
+fn real_scenes_lose_no_hit() {
+    let folder = std::env::var_os("DAPPLE_SCENES").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
+        Into::into,
+    );
+    for (name, time, rays) in [
+        ("sponza_boulders", 3.0, 250),
+        ("robot_lab", 2.0, 250),
+        ("quake_e1m1", 0.0, 4000),
+        ("morph_stress_test", 0.5, 10_000),
+    ] {
+        let file = folder.join(format!("{name}.glb"));
+        if !file.exists() {
+            println!("skipped: {} is absent", file.display());
+            continue;
+        }
+        let scene = Scene::load(&file).unwrap();
+        let mut tracer = Tracer::new(&scene, &scene.pose(0.0));
+        let pose = scene.pose(time);
+        tracer.update(&pose);
+        let mut r = Random(51);
+        let mut hits = 0;
+        for _ in 0..rays {
+            let instance = r.below(scene.instances.len());
+            let mesh = &scene.meshes[scene.instances[instance].mesh];
+            let positions = pose.deformed[instance]
+                .as_ref()
+                .map_or(&mesh.positions, |d| &d.positions);
+            let triangle = mesh.triangles[r.below(mesh.triangles.len())];
+            let corner = |k: usize| {
+                pose.world_from_mesh[instance].transform_point3(positions[triangle[k] as usize])
+            };
+            // Half of them start at a vertex, the others run into one.
+            let direction = r.direction();
+            let origin = if r.below(2) == 0 {
+                corner(0)
+            } else {
+                corner(1) - direction
+            };
+            let ray = Ray {
+                origin,
+                direction,
+                t_max: [0.6, 5.0, f32::INFINITY][r.below(3)],
+            };
+            let expected = tracer.brute_force(&ray);
+            assert_eq!(tracer.closest(&ray), expected, "{name} {ray:?}");
+            assert_eq!(tracer.occluded(&ray), expected.is_some(), "{name} {ray:?}");
+            hits += usize::from(expected.is_some());
+        }
+        assert!(hits > rays / 4, "{name}: {hits}");
+    }
+}
