@@ -97,6 +97,9 @@ pub struct EncodeArgs {
     /// Space of a skinned mesh's points and grid.
     #[arg(long, default_value = "posed")]
     pub space: Space,
+    /// What becomes of points that no ray leaves.
+    #[arg(long, default_value = "omit")]
+    pub buried: Buried,
     /// What becomes of points that do not fit into a cell of seven.
     #[arg(long, default_value = "chain")]
     pub overflow: Overflow,
@@ -124,6 +127,15 @@ pub enum Space {
     Posed,
     /// They stay in the rest pose, where fragments look them up.
     Rest,
+}
+
+/// What becomes of points that no ray leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Buried {
+    /// They are left out while they are buried.
+    Omit,
+    /// They are kept with AO = 0, as in the paper.
+    Keep,
 }
 
 /// What becomes of points that do not fit.
@@ -307,7 +319,7 @@ fn margin(text: &str) -> Parsed<f32> {
     number(text, 0.0..=90.0, "degrees from 0 to 90").map(|v| v as f32)
 }
 
-fn latency(text: &str) -> Parsed<f64> {
+pub fn latency(text: &str) -> Parsed<f64> {
     number(text, 0.0..=60_000.0, "milliseconds from 0 to 60000")
 }
 

@@ -4,7 +4,7 @@ use super::args::{self, EncodeArgs, SceneArgs, ViewArgs};
 use super::progress::Progress;
 use crate::codec::TickRate;
 use crate::points::place::Density;
-use crate::points::server::{Options, Space};
+use crate::points::server::{Buried, Options, Space};
 use crate::points::store::Overflow;
 use crate::points::stream::{Job, Stream, View};
 use crate::scene::Scene;
@@ -51,6 +51,10 @@ impl EncodeArgs {
             space: match self.space {
                 args::Space::Posed => Space::Posed,
                 args::Space::Rest => Space::Rest,
+            },
+            buried: match self.buried {
+                args::Buried::Omit => Buried::Omit,
+                args::Buried::Keep => Buried::Keep,
             },
             seed: self.seed as u64,
             visibility: !self.no_visibility,

@@ -13,6 +13,7 @@ use clap::{Parser, Subcommand};
 use crate::{Error, Result};
 
 pub mod args;
+pub mod chart;
 pub mod compare;
 pub mod decode;
 pub mod demo;
@@ -39,6 +40,7 @@ enum Command {
     Demo(demo::Args),
     Encode(encode::Args),
     Render(render::Args),
+    Chart(chart::Args),
     Inspect(inspect::Args),
     Validate(validate::Args),
     Decode(decode::Args),
@@ -59,6 +61,7 @@ pub fn main() -> ExitCode {
         Command::Demo(args) => demo::run(&args),
         Command::Encode(args) => encode::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Chart(args) => chart::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Decode(args) => decode::run(&args),

@@ -1,6 +1,6 @@
 //! The virtual grid of a mesh instance and its hash (PSAO §3.2).
 
-use crate::codec::points::{Grid, PointWidths};
+use crate::codec::points::{BUCKET_ENTRIES, Grid, PointWidths};
 use glam::{Affine3A, Mat3, Vec3};
 
 /// Splits the linear part of a transform into `(rotation, scale)` with `linear = rotation * scale`:
@@ -78,10 +78,15 @@ pub fn cell_at(grid: &Grid, position: Vec3) -> Option<[u32; 3]> {
 /// `Cell`s each needs. The search starts from the paper's size (4x the cells over 8 entries) and
 /// tries odd counts upwards: Eq. 1 has strides that share factors with even counts, and some grids
 /// then fall onto a fraction of the buckets. Gives up at 4x the paper's size and returns the count
-/// that overflowed least.
-pub fn search_bucket_count(grid: &Grid, occupancies: &[Vec<([u32; 3], u32)>]) -> u32 {
+/// that overflowed least. `spare` entries of every bucket are to stay free.
+pub fn search_bucket_count(
+    grid: &Grid,
+    occupancies: &[Vec<([u32; 3], u32)>],
+    spare: u32,
+) -> u32 {
     let cells = occupancies.iter().map(|o| o.iter().map(|c| c.1 as usize).sum()).max().unwrap_or(0);
-    let paper = (4 * cells).div_ceil(crate::codec::points::BUCKET_ENTRIES).max(1) as u32 | 1;
+    let paper = (4 * cells).div_ceil(BUCKET_ENTRIES).max(1) as u32 | 1;
+    let room = BUCKET_ENTRIES as u32 - spare;
     let mut best = (usize::MAX, paper);
     let mut load = Vec::new();
     let mut count = paper;
@@ -95,7 +100,7 @@ pub fn search_bucket_count(grid: &Grid, occupancies: &[Vec<([u32; 3], u32)>]) ->
             for &(cell, chained) in occupancy {
                 load[trial.bucket(cell) as usize] += chained;
             }
-            overflow += load.iter().map(|&l| l.saturating_sub(8) as usize).sum::<usize>();
+            overflow += load.iter().map(|&l| l.saturating_sub(room) as usize).sum::<usize>();
         }
         if overflow < best.0 {
             best = (overflow, count);
@@ -167,7 +172,7 @@ mod tests {
             load.iter().map(|l| l.saturating_sub(8)).sum::<u32>()
         };
         assert!(overflow(2048) > 4096 * 8 / 10, "the trap is gone: {}", overflow(2048));
-        let found = search_bucket_count(&grid, &[floor.clone()]);
+        let found = search_bucket_count(&grid, &[floor.clone()], 0);
         assert_eq!(overflow(found), 0, "{found} buckets");
         assert!(found < 2 * 2048);
     }

@@ -26,6 +26,8 @@ const MOVED: f32 = 1.0 / 8.0;
 const TURNED: f32 = 0.990;
 /// Poses looked at to size the grid of a deforming mesh.
 const SAMPLED_POSES: usize = 16;
+/// Entries left free in every bucket of a deforming mesh, for the poses that were not looked at.
+const POSED_SPARE: u32 = 2;
 /// Points traced at once; bounds the memory of a tick.
 const BLOCK: usize = 1 << 16;
 
@@ -37,6 +39,17 @@ pub enum Space {
     Posed,
     /// The rest pose: points never move, and the client looks fragments up by their rest position.
     Rest,
+}
+
+/// What happens to points that no ray leaves: under a box, or where meshes interpenetrate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Buried {
+    /// They are left out for as long as they are buried. What can be seen is not closed to all
+    /// sides, so such a point only leaks darkness onto its visible neighbours.
+    #[default]
+    Omit,
+    /// They are kept with AO = 0, as in the paper.
+    Keep,
 }
 
 /// What the server is asked for.
@@ -52,6 +65,7 @@ pub struct Options {
     pub widths: PointWidths,
     pub overflow: Overflow,
     pub space: Space,
+    pub buried: Buried,
     pub seed: u64,
     /// Skip points outside the client's extended field of view.
     pub visibility: bool,
@@ -73,6 +87,7 @@ impl Default for Options {
             widths: PointWidths::BITS_32,
             overflow: Overflow::Chain,
             space: Space::Posed,
+            buried: Buried::Omit,
             seed: 0,
             visibility: true,
             margin: 10f32.to_radians(),
@@ -541,7 +556,13 @@ impl Track {
     fn apply(&mut self, p: &Traced, options: &Options) -> bool {
         let i = p.point as usize;
         let ao = (p.ao * 255.0).round() as u8;
-        if self.store.has(p.point) {
+        let had = self.store.has(p.point);
+        if ao == 0 && options.buried == Buried::Omit {
+            self.store.unset(p.point);
+            self.sent_ao[i] = 0;
+            return had;
+        }
+        if had {
             let brighter = (ao as f32 - self.sent_ao[i] as f32).abs() / 255.0;
             let moved = self.posed && {
                 let (position, normal) = self.sent_at[i];
@@ -631,7 +652,7 @@ fn track(
                 .collect()
         })
         .collect();
-    grid.bucket_count = grid::search_bucket_count(&grid, &occupancies);
+    grid.bucket_count = grid::search_bucket_count(&grid, &occupancies, if posed { POSED_SPARE } else { 0 });
     let most = occupancies.iter().map(|o| o.iter().map(|c| c.1).sum::<u32>()).max().unwrap_or(0);
     // A point that never moves needs no spare cells; cells that move do.
     grid.cell_capacity = if posed { most + most / 2 + 64 } else { most };

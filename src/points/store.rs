@@ -110,6 +110,13 @@ impl Store {
         }
     }
 
+    /// Takes `point` out, if it is stored.
+    pub fn unset(&mut self, point: u32) {
+        if self.has(point) {
+            self.remove(point);
+        }
+    }
+
     fn insert(&mut self, point: u32, cell: [u32; 3], word: u32) -> bool {
         let key = self.grid.key(cell);
         let bucket = self.grid.bucket(cell) as usize;

@@ -1,0 +1,281 @@
+//! `dapple chart`: accuracy against bitrate and time, over densities, cameras and server rates.
+
+use super::args::{EncodeArgs, Rate, SceneArgs, ViewArgs};
+use super::output;
+use super::progress::Progress;
+use crate::codec::TickRate;
+use crate::measure::chart::{Axis, Chart, Level, Point, Series};
+use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
+use crate::measure::metrics::{self, Difference};
+use crate::measure::reference::{RAYS, Reference};
+use crate::measure::report::{Report, Section, save, write};
+use crate::measure::table::{Table, Value};
+use crate::points::place::Density;
+use crate::points::server::{Options, Server};
+use crate::points::stream::{Job, View};
+use crate::render::{Backend, Renderer};
+use crate::scene::Scene;
+use crate::{Error, Result};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Measure a scene over point densities: bitrate of a whole run, accuracy against RTAO.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    encode: EncodeArgs,
+    /// Densities to measure, before thinning; overrides --density.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "64,256,1024")]
+    densities: Vec<f32>,
+    /// Cameras to measure; all of the scene's if not given.
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    cameras: Vec<String>,
+    /// Frames a camera that are scored, spread evenly over the run.
+    #[arg(long, value_name = "COUNT", default_value = "8",
+        value_parser = clap::value_parser!(u32).range(1..=1000))]
+    scored: u32,
+    /// Server rates to measure as well, at a display rate of --fps (Figure 5 of the paper).
+    #[arg(long, value_name = "HZ,HZ", value_delimiter = ',')]
+    server_rates: Vec<Rate>,
+    /// Milliseconds from a server frame to its use.
+    #[arg(long, value_name = "MS", default_value = "0", value_parser = super::args::latency)]
+    latency_ms: f64,
+    /// Folder for the tables, charts and the page; it is made if it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// One row: a density at a server rate, seen by one camera.
+#[derive(Serialize)]
+struct Row {
+    density: f32,
+    server_fps: f64,
+    camera: String,
+    evaluation: Evaluation,
+}
+
+/// A camera and what it should see.
+struct Seat {
+    name: String,
+    view: View,
+    references: Vec<Reference>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Scene` for an unusable scene, `Invalid` for cameras it does not have, `Io` where the folder
+/// cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let scene = args.scene.open()?;
+    if let Some(bad) = args.densities.iter().find(|d| !(**d > 0.0 && d.is_finite())) {
+        return Err(Error::Invalid(format!("--densities: {bad} is no density; give points per m2")));
+    }
+    std::fs::create_dir_all(&args.output)
+        .map_err(|source| Error::Io { path: args.output.clone(), source })?;
+    let job = args.encode.job(&scene, &args.scene.view)?;
+    let mut renderer = Renderer::new(&scene, Backend::Auto)?;
+    let seats = seats(args, &scene, &job, &mut renderer)?;
+
+    let mut rates = vec![args.encode.fps];
+    rates.extend(args.server_rates.iter().filter(|r| **r != args.encode.fps));
+    let bar = Progress::new("Measuring runs", (args.densities.len() * seats.len() * rates.len()) as u64);
+    let mut rows: Vec<Row> = Vec::new();
+    for &density in &args.densities {
+        let options = Options {
+            density: Density { candidates: density, ..job.options.density },
+            ..job.options
+        };
+        let clock = Instant::now();
+        let mut server = Server::new(&scene, options, job.start)?;
+        let startup = server.start(&mut |_, _| {});
+        let startup = (startup, clock.elapsed());
+        for &rate in &rates {
+            for seat in &seats {
+                let share = rate.hz() / args.encode.fps.hz();
+                let job = Job {
+                    options,
+                    view: seat.view,
+                    frames: ((job.frames as f64 * share).round() as usize).max(1),
+                    rate: TickRate { numerator: rate.numerator, denominator: rate.denominator },
+                    ..job.clone()
+                };
+                let playback = Playback { latency: args.latency_ms * 1e-3, ..Playback::default() };
+                let evaluation = evaluate(
+                    server.fork(),
+                    startup,
+                    job,
+                    playback,
+                    &mut renderer,
+                    &seat.references,
+                    |_| Ok(()),
+                )?;
+                rows.push(Row { density, server_fps: rate.hz(), camera: seat.name.clone(), evaluation });
+                bar.step(1);
+                // What is measured so far survives an interruption.
+                save(&args.output.join("table.csv"), &table(&scene.name, &rows, None).to_csv())?;
+            }
+        }
+    }
+    drop(bar);
+
+    let open = without_ao(&seats)?;
+    let table = table(&scene.name, &rows, Some(open));
+    let charts = charts(&rows, open);
+    save(&args.output.join("table.csv"), &table.to_csv())?;
+    save(&args.output.join("table.md"), &markdown(&table))?;
+    for (chart, name) in charts.iter().zip(["rate", "time"]) {
+        save(&args.output.join(format!("{name}.svg")), &chart.to_svg())?;
+        save(&args.output.join(format!("{name}.csv")), &chart.to_csv())?;
+    }
+    let (width, height) = args.scene.view.size;
+    let page = Report {
+        title: format!("{}: accuracy, bitrate and time", scene.name),
+        subtitle: format!(
+            "{} frames at {} Hz, {} scored a camera at {width}x{height} against {RAYS} rays a pixel, \
+             {} rays a point, seed {}",
+            job.frames,
+            args.encode.fps.hz(),
+            args.scored,
+            job.options.rays,
+            job.options.seed
+        ),
+        sections: vec![Section { charts, tables: vec![table.clone()], ..Section::default() }],
+        notes: vec![format!("Drawn by {}.", renderer.name())],
+        ..Report::default()
+    };
+    write(&page, &rows, &args.output)?;
+    output::print(&markdown(&table))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Result<Vec<Seat>> {
+    let names: Vec<String> = if !args.cameras.is_empty() {
+        args.cameras.clone()
+    } else if args.scene.view.look().is_some() || scene.cameras.is_empty() {
+        vec![String::new()]
+    } else if let Some(name) = &args.scene.view.camera {
+        vec![name.clone()]
+    } else {
+        scene.cameras.iter().map(|c| c.name.clone()).collect()
+    };
+    let (width, height) = args.scene.view.size;
+    let quality = Quality { width, height, rays: RAYS, distance: job.options.distance, seed: 1 };
+    let length = job.frames as f64 / args.encode.fps.hz();
+    let bar = Progress::new("Tracing references", names.len() as u64 * args.scored as u64);
+    names
+        .into_iter()
+        .map(|name| {
+            let camera = (!name.is_empty()).then(|| name.clone());
+            let view = ViewArgs { camera, ..args.scene.view.clone() }.view(scene)?;
+            let frames = (0..args.scored).map(|k| (k as f64 + 0.5) / args.scored as f64);
+            // On frames of the display.
+            let fps = args.encode.fps.hz();
+            let times: Vec<f64> =
+                frames.map(|at| job.start + (at * length * fps).floor() / fps).collect();
+            let references =
+                references(scene, renderer, view, &times, quality, || bar.step(1))?;
+            let name = if name.is_empty() { "framing".into() } else { name };
+            Ok(Seat { name, view, references })
+        })
+        .collect()
+}
+
+/// The score of no AO at all, over all references: the floor that a method has to clear.
+fn without_ao(seats: &[Seat]) -> Result<Difference> {
+    let mut all = Vec::new();
+    for reference in seats.iter().flat_map(|s| &s.references) {
+        all.push(reference.score(&vec![1.0; reference.ao.len()])?.picture);
+    }
+    metrics::mean(&all).ok_or_else(|| Error::Invalid("no frame was scored".into()))
+}
+
+fn table(scene: &str, rows: &[Row], open: Option<Difference>) -> Table {
+    let columns = [
+        "N (1/m2)", "server (Hz)", "camera", "points", "steady (Mbit/s)", "start-up (MB)", "PSNR (dB)",
+        "SSIM", "FLIP", "AO rmse", "reference noise", "no point in reach (%)", "changed a frame",
+        "rays a frame", "tick (ms)",
+    ];
+    let rows = rows
+        .iter()
+        .map(|row| {
+            let (e, s) = (&row.evaluation, &row.evaluation.stream);
+            let ticks = s.frames.saturating_sub(1).max(1);
+            vec![
+                Value::Number(row.density as f64, 0),
+                Value::Number(row.server_fps, 0),
+                Value::Text(row.camera.clone()),
+                Value::Count(s.points as u64),
+                Value::Number(s.mbps_steady, 2),
+                Value::Number(s.bytes_startup as f64 * 1e-6, 2),
+                Value::Number(e.picture.psnr, 2),
+                Value::number(e.picture.ssim, 4),
+                Value::Number(e.picture.flip, 4),
+                Value::Number(e.ao.rmse, 4),
+                Value::Number(e.reference_noise, 4),
+                Value::Number(100.0 * e.without_point, 3),
+                Value::Count((s.changed_points / ticks) as u64),
+                Value::Count(s.rays / ticks as u64),
+                Value::Number(s.stage_ms.total(), 1),
+            ]
+        })
+        .collect();
+    Table {
+        title: scene.into(),
+        columns: columns.map(String::from).to_vec(),
+        rows,
+        note: open.map_or(String::new(), |o| {
+            format!("Without AO: PSNR {:.2} dB, FLIP {:.4}.", o.psnr, o.flip)
+        }),
+    }
+}
+
+/// PSNR over rate and over server time, a curve a camera and server rate.
+fn charts(rows: &[Row], open: Difference) -> Vec<Chart> {
+    let chart = |title: &str, label: &str, x: &dyn Fn(&Row) -> f64| {
+        let mut series: Vec<Series> = Vec::new();
+        for row in rows {
+            let name = format!("{}, {} Hz", row.camera, row.server_fps);
+            let point = Point {
+                x: x(row),
+                y: row.evaluation.picture.psnr,
+                label: format!("{}", row.density),
+            };
+            match series.iter_mut().find(|s| s.name == name) {
+                Some(s) => s.points.push(point),
+                None => series.push(Series { name, points: vec![point], line: true }),
+            }
+        }
+        Chart {
+            title: title.into(),
+            x: Axis { label: label.into(), log: true },
+            y: Axis { label: "PSNR (dB)".into(), log: false },
+            series,
+            levels: vec![Level { name: "without AO".into(), y: open.psnr }],
+        }
+    };
+    vec![
+        chart("Accuracy against rate", "steady rate (Mbit/s)", &|r| r.evaluation.stream.mbps_steady),
+        chart("Accuracy against server time", "tick (ms, 2 threads)", &|r| {
+            r.evaluation.stream.stage_ms.total()
+        }),
+    ]
+}
+
+fn markdown(table: &Table) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let mut text = format!("**{}**\n\n", table.title);
+    text += &line(&table.columns);
+    text += &format!("|{}\n", " --- |".repeat(table.columns.len()));
+    for row in &table.rows {
+        text += &line(&row.iter().map(Value::shown).collect::<Vec<_>>());
+    }
+    if !table.note.is_empty() {
+        text += &format!("\n{}\n", table.note);
+    }
+    text
+}
