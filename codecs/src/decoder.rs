@@ -191,7 +191,7 @@ impl Decoder {
             Phase::Header if self.head_bytes == 0 && self.session.is_open() => {
                 Err(self.error(Fault::Uncommitted))
             }
-            Phase::Header if self.head_bytes == 0 => Ok(()),
+            Phase::Header if self.head_bytes == 0 && self.session.rate.is_some() => Ok(()),
             _ => self.finish(),
         }
     }

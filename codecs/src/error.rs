@@ -605,3 +605,40 @@ impl fmt::Display for Error {
 }
 
 impl core::error::Error for Error {}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use alloc::format;
+
+    #[test]
+    fn the_specification_lists_every_error() {
+        let readme = include_str!("../../spec/README.md");
+        for (fault, name, sentence) in TABLE {
+            let kind = match Failure::from(*fault).kind {
+                _ if name.ends_with("-limit") || *name == "zstd-window" => "LimitExceeded".into(),
+                kind => format!("{kind:?}"),
+            };
+            let row = format!("| {} | {name} | {kind} | {sentence} |\n", *fault as u16);
+            assert!(readme.contains(&row), "spec/README.md lacks: {row}");
+        }
+        let rows = readme.lines().filter(|line| {
+            line.strip_prefix("| ")
+                .is_some_and(|l| l.as_bytes()[..4].iter().all(u8::is_ascii_digit))
+        });
+        assert_eq!(rows.count(), TABLE.len());
+    }
+
+    #[test]
+    fn errors_are_one_sentence() {
+        for (fault, name, _) in TABLE {
+            let error = Failure::from(*fault).at(99);
+            assert_eq!(error.name(), *name);
+            let text = format!("{error}");
+            assert!(
+                text.starts_with(&format!("E{} {name}, at byte 99: ", error.id)),
+                "{text}"
+            );
+        }
+    }
+}

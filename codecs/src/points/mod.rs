@@ -154,3 +154,6 @@ impl Grid {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;
