@@ -36,7 +36,7 @@ fn table(case: &Case) -> (Track, Vec<Bucket>, Vec<Cell>) {
         radius: 0.05,
         widths: case.widths,
         // PSAO 3.2: four times the average number of cells, by eight entries.
-        bucket_count: case.cells / 2 | 1,
+        bucket_count: (case.cells / 2) | 1,
         cell_capacity: case.cells,
     };
     let mut buckets = vec![Bucket::EMPTY; grid.bucket_count as usize];

@@ -412,7 +412,7 @@ fn order_of_a_session() {
     };
     let none = Compression::None;
     let key = Coverage::Keyframe;
-    assert_eq!(build(&|e, o| drop(e.commit(o, 0, None))), 4008);
+    assert_eq!(build(&|e, o| assert_eq!(e.commit(o, 0, None), Ok(0))), 4008);
     let group = |e: &mut Encoder, o: &mut Vec<u8>| e.group(o, GroupStart::Keyframes).unwrap();
     assert_eq!(build(&|e, o| (group(e, o), group(e, o)).0), 4006);
     let twice = |e: &mut Encoder, o: &mut Vec<u8>| {

@@ -304,15 +304,22 @@ fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
 }
 
 /// The seven points of a cell, `B` bytes each, `S = 7 B` in all.
-#[inline]
-fn points<const B: usize, const S: usize>(bytes: &[u8; S]) -> [u32; CELL_POINTS] {
-    let mut points = [0; CELL_POINTS];
-    for (point, bytes) in points.iter_mut().zip(bytes.as_chunks::<B>().0) {
-        let mut word = [0; 4];
-        word[..B].copy_from_slice(bytes);
-        *point = u32::from_le_bytes(word);
-    }
-    points
+#[inline(always)]
+fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] {
+    // Spelled out for each width, so that every point is one load.
+    core::array::from_fn(|i| match B {
+        2 => u32::from(u16::from_le_bytes([cell[2 * i], cell[2 * i + 1]])),
+        3 => {
+            let low = u16::from_le_bytes([cell[3 * i], cell[3 * i + 1]]);
+            u32::from(low) | u32::from(cell[3 * i + 2]) << 16
+        }
+        _ => word([
+            cell[4 * i],
+            cell[4 * i + 1],
+            cell[4 * i + 2],
+            cell[4 * i + 3],
+        ]),
+    })
 }
 
 /// Turns gaps into indices, in place.
@@ -346,41 +353,46 @@ fn check_track(
     if staged.keyframe && !emptied {
         keys.fill(EMPTY);
     }
+    let buckets = (!staged.keyframe && !emptied)
+        .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
     match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, keys)?,
-        24 => check_cells::<3, 21>(&sections, live, keys)?,
-        _ => check_cells::<4, 28>(&sections, live, keys)?,
-    }
-    if !staged.keyframe {
-        let committed = &state.cells[region(live.first_cell, grid.cell_capacity)];
-        let buckets = &state.buckets[region(live.first_bucket, grid.bucket_count)];
-        check_moved(&sections, live, committed, buckets)?;
+        16 => check_cells::<2, 14>(&sections, live, buckets, keys)?,
+        24 => check_cells::<3, 21>(&sections, live, buckets, keys)?,
+        _ => check_cells::<4, 28>(&sections, live, buckets, keys)?,
     }
     check_buckets(&sections, live, keys)
 }
 
-/// Keys inside the grid; points within their width, used ones first; free cells without points.
+/// Keys inside the grid; points within their width, used ones first; free cells without points. In
+/// a delta, which has `committed` buckets: cells that changed their key are no longer named by the
+/// bucket of the old one.
 fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     live: &LiveTrack,
+    committed: Option<&[Bucket]>,
     next_keys: &mut [u32],
 ) -> Result<(), Fault> {
     let grid = live.track.grid();
-    let volume = grid.volume();
+    // The volume is at most 2^32 - 1.
+    let volume = grid.volume() as u32;
     let top = grid.widths.bits() - 1;
     let cells = sections.cell_indices.iter().zip(sections.keys);
     for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
-        let key = word(*key);
-        if u64::from(key) >= volume && key != EMPTY {
+        let (index, key) = (word(*index), word(*key));
+        if key >= volume && key != EMPTY {
             return Err(Fault::CellKey);
         }
+        let points = points::<B, S>(cell);
+        // Two tests over all seven points at once: a used point is its highest bit and whatever is
+        // below, and after an unused one there is none.
         let mut used = 0u32;
-        let mut wrong = false;
-        for (i, point) in points::<B, S>(cell).into_iter().enumerate() {
-            used |= u32::from(point != 0) << i;
-            wrong |= point != 0 && point >> top != 1;
+        let mut wrong = 0u32;
+        for (i, &point) in points.iter().enumerate() {
+            let present = u32::from(point != 0);
+            used |= present << i;
+            wrong |= point >> top ^ present;
         }
-        if wrong {
+        if wrong != 0 {
             return Err(Fault::PointBits);
         }
         if used & (used + 1) != 0 {
@@ -389,34 +401,37 @@ fn check_cells<const B: usize, const S: usize>(
         if key == EMPTY && used != 0 {
             return Err(Fault::FreeCell);
         }
-        next_keys[word(*index) as usize] = key;
+        let next = next_keys.get_mut(index as usize).ok_or(Fault::CellIndex)?;
+        let old_key = core::mem::replace(next, key);
+        if old_key != key
+            && old_key != EMPTY
+            && let Some(buckets) = committed
+        {
+            check_moved(sections, live, buckets, index, key, old_key)?;
+        }
     }
     Ok(())
 }
 
-/// A cell that changed its key is no longer named by the bucket of its old one.
+#[cold]
 fn check_moved(
     sections: &Sections<'_>,
     live: &LiveTrack,
-    committed: &[Cell],
-    buckets: &[Bucket],
+    committed: &[Bucket],
+    index: u32,
+    key: u32,
+    old_key: u32,
 ) -> Result<(), Fault> {
-    for (index, key) in sections.cell_indices.iter().zip(sections.keys) {
-        let (index, key) = (word(*index), word(*key));
-        let old_key = committed[index as usize].key;
-        if old_key == key || old_key == EMPTY {
-            continue;
-        }
-        let old = live.hasher.bucket_of_key(old_key);
-        if key != EMPTY && live.hasher.bucket_of_key(key) == old {
-            continue;
-        }
-        let bucket = sections.find_bucket(old).unwrap_or(buckets[old as usize]);
-        if bucket.0.contains(&index) {
-            return Err(Fault::CellMoved);
-        }
+    let old = live.hasher.bucket_of_key(old_key);
+    if key != EMPTY && live.hasher.bucket_of_key(key) == old {
+        return Ok(());
     }
-    Ok(())
+    let bucket = sections.find_bucket(old).unwrap_or(committed[old as usize]);
+    if bucket.0.contains(&index) {
+        Err(Fault::CellMoved)
+    } else {
+        Ok(())
+    }
 }
 
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
@@ -425,18 +440,23 @@ fn check_buckets(
     live: &LiveTrack,
     next_keys: &[u32],
 ) -> Result<(), Fault> {
+    let hasher = live.hasher;
     for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
         let index = word(*index);
         let Bucket(entries) = bucket(bytes);
-        let count = entries.iter().take_while(|&&entry| entry != EMPTY).count();
-        if entries[count..].iter().any(|&entry| entry != EMPTY) {
+        let mut used = 0u32;
+        for (i, &entry) in entries.iter().enumerate() {
+            used |= u32::from(entry != EMPTY) << i;
+        }
+        if used & (used + 1) != 0 {
             return Err(Fault::BucketCompact);
         }
-        for (i, &entry) in entries[..count].iter().enumerate() {
+        let count = used.count_ones() as usize;
+        for (i, &entry) in entries.iter().enumerate().take(count) {
             let Some(&key) = next_keys.get(entry as usize) else {
                 return Err(Fault::BucketEntry);
             };
-            if key == EMPTY || live.hasher.bucket_of_key(key) != index {
+            if key == EMPTY || hasher.bucket_of_key(key) != index {
                 return Err(Fault::EntryHash);
             }
             if entries[..i].contains(&entry) {
@@ -448,26 +468,18 @@ fn check_buckets(
 }
 
 fn apply_buckets(sections: &Sections<'_>, fresh: bool, state: &mut State, live: &LiveTrack) {
-    let count = live.track.grid().bucket_count;
-    let buckets = &mut state.buckets[region(live.first_bucket, count)];
-    let mut next = 0;
-    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
-        let index = word(*index);
-        if fresh {
-            buckets[next..index as usize].fill(Bucket::EMPTY);
-            next = index as usize + 1;
-        } else {
-            let at = live.first_bucket + index;
-            state.dirty_buckets.add(at, at + 1);
-        }
-        buckets[index as usize] = bucket(bytes);
-    }
-    if fresh {
-        buckets[next..].fill(Bucket::EMPTY);
-        state
-            .dirty_buckets
-            .add(live.first_bucket, live.first_bucket + count);
-    }
+    let buckets = &mut state.buckets[region(live.first_bucket, live.track.grid().bucket_count)];
+    let items = sections.bucket_indices.iter().zip(sections.buckets);
+    let items = items.map(|(index, bytes)| (word(*index), bucket(bytes)));
+    write(
+        items,
+        fresh.then_some(Bucket::EMPTY),
+        buckets,
+        live.first_bucket,
+        |start, end| {
+            state.dirty_buckets.add(start, end);
+        },
+    );
 }
 
 fn apply_cells<const B: usize, const S: usize>(
@@ -476,28 +488,64 @@ fn apply_cells<const B: usize, const S: usize>(
     state: &mut State,
     live: &LiveTrack,
 ) {
-    let count = live.track.grid().cell_capacity;
-    let cells = &mut state.cells[region(live.first_cell, count)];
-    let mut next = 0;
+    let cells = &mut state.cells[region(live.first_cell, live.track.grid().cell_capacity)];
     let items = sections.cell_indices.iter().zip(sections.keys);
-    for ((index, key), bytes) in items.zip(sections.points.as_chunks::<S>().0) {
-        let index = word(*index);
-        if fresh {
-            cells[next..index as usize].fill(Cell::FREE);
+    let items = items
+        .zip(sections.points.as_chunks::<S>().0)
+        .map(|((index, key), points_)| {
+            (
+                word(*index),
+                Cell {
+                    key: word(*key),
+                    points: points::<B, S>(points_),
+                },
+            )
+        });
+    write(
+        items,
+        fresh.then_some(Cell::FREE),
+        cells,
+        live.first_cell,
+        |start, end| {
+            state.dirty_cells.add(start, end);
+        },
+    );
+}
+
+/// Writes items at their ascending indices. With an `empty` item all others become that. Reports
+/// the runs that changed, counted from `first`.
+#[inline(always)]
+fn write<T: Copy>(
+    items: impl Iterator<Item = (u32, T)>,
+    empty: Option<T>,
+    array: &mut [T],
+    first: u32,
+    mut dirty: impl FnMut(u32, u32),
+) {
+    if let Some(empty) = empty {
+        let mut next = 0;
+        for (index, item) in items {
+            array[next..index as usize].fill(empty);
+            array[index as usize] = item;
             next = index as usize + 1;
-        } else {
-            let at = live.first_cell + index;
-            state.dirty_cells.add(at, at + 1);
         }
-        cells[index as usize] = Cell {
-            key: word(*key),
-            points: points::<B, S>(bytes),
-        };
+        array[next..].fill(empty);
+        dirty(first, first + array.len() as u32);
+        return;
     }
-    if fresh {
-        cells[next..].fill(Cell::FREE);
-        state
-            .dirty_cells
-            .add(live.first_cell, live.first_cell + count);
+    // An empty run at the start, which `dirty` never sees.
+    let (mut start, mut end) = (0, 0);
+    for (index, item) in items {
+        array[index as usize] = item;
+        if index != end {
+            if start < end {
+                dirty(first + start, first + end);
+            }
+            start = index;
+        }
+        end = index + 1;
+    }
+    if start < end {
+        dirty(first + start, first + end);
     }
 }

@@ -91,7 +91,7 @@ impl Divisor {
         if self.reciprocal == 0 {
             return (number, 0);
         }
-        let quotient = (u128::from(self.reciprocal) * u128::from(number) >> 64) as u32;
+        let quotient = ((u128::from(self.reciprocal) * u128::from(number)) >> 64) as u32;
         (
             quotient,
             number.wrapping_sub(quotient.wrapping_mul(self.value)),

@@ -45,10 +45,7 @@ fn the_fields_lie_where_the_specification_says() {
     let w = PointWidths::BITS_32;
     // q = 0, 1, 31; +x is (7, 0); AO 255.
     let point = w.pack([0.0, 1.0 / 32.0, 1.0], [1.0, 0.0, 0.0], 1.0);
-    assert_eq!(
-        point,
-        1 << 31 | 31 << 26 | 1 << 21 | 0 << 16 | 0 << 12 | 7 << 8 | 255
-    );
+    assert_eq!(point, 1 << 31 | 31 << 26 | 1 << 21 | 7 << 8 | 255);
     // -y is (0, -7) = (0, 9 in four bits).
     assert_eq!(w.pack([0.0; 3], [0.0, -1.0, 0.0], 0.0), 1 << 31 | 9 << 12);
 }
@@ -65,9 +62,8 @@ fn codes_survive_a_round_trip() {
         for q in 0..1u32 << w.position {
             let p = [q, (1 << w.position) - 1 - q, q / 2];
             let bits = u32::from(w.position);
-            let code = top
-                | (p[0] | p[1] << bits | p[2] << (2 * bits)) << (w.ao + 2 * w.normal)
-                | q % (1 << w.ao);
+            let position = (p[0] | p[1] << bits | p[2] << (2 * bits)) << (w.ao + 2 * w.normal);
+            let code = top | position | (q % (1 << w.ao));
             assert!(w.is_used(code));
             let [x, y, z] = w.unpack_position(code);
             assert_eq!(w.pack([x, y, z], [0.0, 0.0, 1.0], w.unpack_ao(code)), code);

@@ -27,7 +27,7 @@ pub fn track(id: u32, widths: PointWidths, buckets: u32, capacity: u32) -> Track
         target: Target {
             application_id: 7,
             path: format!("scene/node{id}"),
-            content_hash: (id % 2 == 0).then_some(0xfeed),
+            content_hash: id.is_multiple_of(2).then_some(0xfeed),
         },
         aabb_min: [-1.0, 0.0, -1.0],
         aabb_max: [1.0, 2.0, 1.0],
@@ -186,10 +186,13 @@ pub fn transform(x: f32) -> Transform {
     transform
 }
 
+/// A track with its transform, buckets and cells.
+pub type ShownTrack = (Track, Option<Transform>, Vec<Bucket>, Vec<Cell>);
+
 /// What a decoder shows of its state, to compare.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    pub tracks: Vec<(Track, Option<Transform>, Vec<Bucket>, Vec<Cell>)>,
+    pub tracks: Vec<ShownTrack>,
     pub last: Option<(u32, u64)>,
 }
 
