@@ -1,8 +1,8 @@
 //! Decoding uncompressed `cells` records on one core, as a ratio to `memcpy` of the same bytes in
 //! the same run: `cargo bench -p dapple-codec --bench decode`.
 //!
-//! "Decoded" counts the bytes of the cells alone, 32 each; buckets and indices travel with them and
-//! cost time too. Time without CRC is the time less that of the same CRC over the same bytes.
+//! "Cells" counts the bytes of the decoded cells alone, 32 each; "state" adds the buckets, 32 each,
+//! of which a keyframe has one for every two cells here. Time without CRC is the time less that of the same CRC over the same bytes.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Upd
 use dapple_codec::*;
 
 const FRAMES: u64 = 4;
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 30;
 
 struct Case {
     name: &'static str,
@@ -68,9 +68,9 @@ fn table(case: &Case) -> (Track, Vec<Bucket>, Vec<Cell>) {
     (track, buckets, cells)
 }
 
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+/// The fastest of many: what the code costs when nothing else runs. All columns are taken so.
+fn best(times: Vec<f64>) -> f64 {
+    times.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 fn run(case: &Case) -> Result<()> {
@@ -144,13 +144,13 @@ fn run(case: &Case) -> Result<()> {
         }
     }
     assert_eq!(decoder.points().cells(), cells);
-    let (decode, crc, memcpy) = (median(decode), median(crc), median(memcpy));
+    let (decode, crc, memcpy) = (best(decode), best(crc), best(memcpy));
     let rate = |seconds: f64| cell_bytes as f64 / seconds / 1e9;
     println!(
-        "{:<34} {:>9.2} {:>9} {:>11.2} {:>11.2} {:>9.2} {:>13.2}",
+        "{:<34} {:>9.2} {:>9.2} {:>11.2} {:>11.2} {:>9.2} {:>13.2}",
         case.name,
         cell_bytes as f64 / 1e6,
-        (pair_bytes(&starts) / 1000),
+        rate(decode) * (1.0 + update.buckets.len() as f64 / update.cells.len() as f64),
         rate(decode),
         rate(decode - crc),
         rate(memcpy),
@@ -159,14 +159,23 @@ fn run(case: &Case) -> Result<()> {
     Ok(())
 }
 
-fn pair_bytes(starts: &[usize]) -> usize {
-    starts[1] - starts[0]
-}
-
 fn main() -> Result<()> {
     println!(
-        "{:<34} {:>9} {:>9} {:>11} {:>11} {:>9} {:>13}",
-        "frame", "cells MB", "kB", "GB/s", "without CRC", "memcpy", "memcpy/decode"
+        "{:<34} {:>9} {:>9} {:>11} {:>11} {:>9} {:>13}\n{:<34} {:>9} {:>9} {:>11} {:>11} {:>9} {:>13}",
+        "frame",
+        "cells",
+        "state",
+        "cells",
+        "no CRC",
+        "memcpy",
+        "decode/memcpy",
+        "",
+        "MB",
+        "GB/s",
+        "GB/s",
+        "GB/s",
+        "GB/s",
+        ""
     );
     let (w32, w24, w16) = (
         PointWidths::BITS_32,

@@ -153,11 +153,9 @@ impl StagedPoints {
         for live in tracks.iter_mut() {
             if live.staged || emptied {
                 let cells = region(live.first_cell, live.track.grid().cell_capacity);
-                for (key, cell) in state.next_keys[cells.clone()]
-                    .iter_mut()
-                    .zip(&state.cells[cells])
-                {
-                    *key = cell.key;
+                let homes = state.next_homes[cells.clone()].iter_mut();
+                for (home, cell) in homes.zip(&state.cells[cells]) {
+                    *home = live.hasher.home(cell.key);
                 }
             }
             live.staged = false;
@@ -349,18 +347,18 @@ fn check_track(
     let cell_gaps = &mut bytes[staged.cell_indices.clone()];
     gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
     let sections = Sections::new(bytes, staged);
-    let keys = &mut state.next_keys[region(live.first_cell, grid.cell_capacity)];
+    let homes = &mut state.next_homes[region(live.first_cell, grid.cell_capacity)];
     if staged.keyframe && !emptied {
-        keys.fill(EMPTY);
+        homes.fill(EMPTY);
     }
     let buckets = (!staged.keyframe && !emptied)
         .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
     match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, buckets, keys)?,
-        24 => check_cells::<3, 21>(&sections, live, buckets, keys)?,
-        _ => check_cells::<4, 28>(&sections, live, buckets, keys)?,
+        16 => check_cells::<2, 14>(&sections, live, buckets, homes)?,
+        24 => check_cells::<3, 21>(&sections, live, buckets, homes)?,
+        _ => check_cells::<4, 28>(&sections, live, buckets, homes)?,
     }
-    check_buckets(&sections, live, keys)
+    check_buckets(&sections, homes)
 }
 
 /// Keys inside the grid; points within their width, used ones first; free cells without points. In
@@ -370,7 +368,7 @@ fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     live: &LiveTrack,
     committed: Option<&[Bucket]>,
-    next_keys: &mut [u32],
+    next_homes: &mut [u32],
 ) -> Result<(), Fault> {
     let grid = live.track.grid();
     // The volume is at most 2^32 - 1.
@@ -401,46 +399,26 @@ fn check_cells<const B: usize, const S: usize>(
         if key == EMPTY && used != 0 {
             return Err(Fault::FreeCell);
         }
-        let next = next_keys.get_mut(index as usize).ok_or(Fault::CellIndex)?;
-        let old_key = core::mem::replace(next, key);
-        if old_key != key
-            && old_key != EMPTY
+        let home = live.hasher.home(key);
+        let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
+        let old_home = core::mem::replace(next, home);
+        if old_home != home
+            && old_home != EMPTY
             && let Some(buckets) = committed
         {
-            check_moved(sections, live, buckets, index, key, old_key)?;
+            let bucket = sections
+                .find_bucket(old_home)
+                .unwrap_or(buckets[old_home as usize]);
+            if bucket.0.contains(&index) {
+                return Err(Fault::CellMoved);
+            }
         }
     }
     Ok(())
 }
 
-#[cold]
-fn check_moved(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    committed: &[Bucket],
-    index: u32,
-    key: u32,
-    old_key: u32,
-) -> Result<(), Fault> {
-    let old = live.hasher.bucket_of_key(old_key);
-    if key != EMPTY && live.hasher.bucket_of_key(key) == old {
-        return Ok(());
-    }
-    let bucket = sections.find_bucket(old).unwrap_or(committed[old as usize]);
-    if bucket.0.contains(&index) {
-        Err(Fault::CellMoved)
-    } else {
-        Ok(())
-    }
-}
-
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    next_keys: &[u32],
-) -> Result<(), Fault> {
-    let hasher = live.hasher;
+fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Fault> {
     for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
         let index = word(*index);
         let Bucket(entries) = bucket(bytes);
@@ -453,11 +431,10 @@ fn check_buckets(
         }
         let count = used.count_ones() as usize;
         for (i, &entry) in entries.iter().enumerate().take(count) {
-            let Some(&key) = next_keys.get(entry as usize) else {
-                return Err(Fault::BucketEntry);
-            };
-            if key == EMPTY || hasher.bucket_of_key(key) != index {
-                return Err(Fault::EntryHash);
+            match next_homes.get(entry as usize) {
+                None => return Err(Fault::BucketEntry),
+                Some(&home) if home != index => return Err(Fault::EntryHash),
+                Some(_) => {}
             }
             if entries[..i].contains(&entry) {
                 return Err(Fault::BucketTwice);

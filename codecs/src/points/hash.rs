@@ -1,6 +1,6 @@
 //! Keys of grid cells, and the hash that finds their bucket (PSAO Eq. 1).
 
-use super::Grid;
+use super::{EMPTY, Grid};
 
 impl Grid {
     /// The dense index of a grid cell, `x + Dx * (y + Dy * z)`. Exact for cells inside `dims`.
@@ -66,6 +66,18 @@ impl Hasher {
             .wrapping_add(y.wrapping_mul(self.y_factor))
             .wrapping_add(z.wrapping_mul(self.z_factor));
         self.buckets.div_rem(hash).1
+    }
+}
+
+impl Hasher {
+    /// The bucket of a cell's key; [`EMPTY`] for a free cell.
+    #[inline]
+    pub(super) fn home(&self, key: u32) -> u32 {
+        if key == EMPTY {
+            EMPTY
+        } else {
+            self.bucket_of_key(key)
+        }
     }
 }
 
