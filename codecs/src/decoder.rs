@@ -407,7 +407,7 @@ impl Decoder {
     }
 
     fn count_record(&mut self) {
-        self.records = self.header.sequence + 1;
+        self.records = self.header.sequence.saturating_add(1);
         self.digest.write(&self.head);
     }
 

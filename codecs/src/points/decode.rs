@@ -85,11 +85,11 @@ impl StagedPoints {
         if !keyframe && (emptied || last_frame != Some(base)) {
             return Err(Fault::MissingBase);
         }
-        let table = (HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64) as usize;
-        if table > bytes {
+        let table = HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64;
+        if table > bytes as u64 {
             return Err(Fault::PointsSize);
         }
-        let mut at = self.used + table;
+        let mut at = self.used + table as usize;
         let mut above = 0u64;
         for i in 0..count as usize {
             let entry = self.used + HEAD_BYTES + i * ENTRY_BYTES;
@@ -198,6 +198,11 @@ impl StagedPoints {
         counts
     }
 
+    /// Puts the tracks in order, as [`StagedPoints::digest_track`] needs them.
+    pub(crate) fn sort(&mut self) {
+        self.tracks.sort_unstable_by_key(|staged| staged.slot);
+    }
+
     /// Adds to `digest` a track as it will be after the frame.
     pub(crate) fn digest_track(
         &self,
@@ -208,7 +213,10 @@ impl StagedPoints {
         digest: &mut StateDigest,
     ) {
         let grid = live.track.grid();
-        let staged = self.tracks.iter().find(|staged| staged.slot == slot);
+        let staged = self
+            .tracks
+            .binary_search_by_key(&slot, |staged| staged.slot);
+        let staged = staged.ok().map(|at| &self.tracks[at]);
         let sections = staged.map(|staged| Sections::new(&self.bytes, staged));
         let fresh = emptied || staged.is_some_and(|staged| staged.keyframe);
         let size = grid.widths.bits() as usize / 8;
