@@ -191,7 +191,7 @@ impl Decoder {
             Phase::Header if self.head_bytes == 0 && self.session.is_open() => {
                 Err(self.error(Fault::Uncommitted))
             }
-            Phase::Header if self.head_bytes == 0 => Ok(()),
+            Phase::Header if self.head_bytes == 0 && self.session.rate.is_some() => Ok(()),
             _ => self.finish(),
         }
     }
@@ -407,7 +407,7 @@ impl Decoder {
     }
 
     fn count_record(&mut self) {
-        self.records = self.header.sequence + 1;
+        self.records = self.header.sequence.saturating_add(1);
         self.digest.write(&self.head);
     }
 

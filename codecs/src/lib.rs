@@ -91,6 +91,7 @@ pub mod container;
 mod decoder;
 mod encoder;
 mod error;
+mod faults;
 mod limits;
 pub mod points;
 mod records;

@@ -211,6 +211,7 @@ impl Session {
                 return Err(Fault::Tick.into());
             }
         }
+        self.staged.sort();
         if commit
             .digest
             .is_some_and(|digest| digest != self.digest(true))
@@ -267,7 +268,10 @@ impl Session {
                 );
                 continue;
             }
-            let found = self.staged_transforms.iter().find(|(at, _)| *at == slot);
+            let found = self
+                .staged_transforms
+                .binary_search_by_key(&slot, |&(at, _)| at);
+            let found = found.ok().map(|at| &self.staged_transforms[at]);
             let kept = if self.emptied {
                 None
             } else {

@@ -273,3 +273,97 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
         Err(bad.into())
     }
 }
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn sample(bytes: usize) -> Vec<u8> {
+        let mut state = 9u32;
+        let mut sample: Vec<u8> = Vec::new();
+        while sample.len() < bytes {
+            state = state.wrapping_mul(1664525).wrapping_add(1013904223);
+            let repeat = state >> 28;
+            sample.extend((0..repeat * repeat).map(|i| (state >> 13) as u8 ^ (i & 2) as u8));
+        }
+        sample.truncate(bytes);
+        sample
+    }
+
+    fn zstd_frame(level: i32, lazy: bool, payload: &[u8]) -> Vec<u8> {
+        let mut frame = Vec::new();
+        let compression = Compression::Zstd { level, lazy };
+        let packing = Packer::default().pack(compression, payload, &mut frame);
+        assert_eq!(packing, Ok(Packing::Zstd));
+        frame
+    }
+
+    #[test]
+    fn both_zstd_decoders_give_the_payload() {
+        let mut unpacker = Unpacker::default();
+        for size in [100, 1000, 70_000, 300_000, 1_000_000] {
+            let payload = sample(size);
+            for (level, lazy) in [(1, false), (3, false), (15, true), (19, false)] {
+                let frame = zstd_frame(level, lazy, &payload);
+                check_zstd_frame(&frame, size, 8 << 20).unwrap();
+                let (mut native, mut portable) = (vec![0; size], vec![0; size]);
+                unpacker.zstd_native(&frame, &mut native).unwrap();
+                unpacker
+                    .zstd_portable(&frame, &mut portable, 8 << 20)
+                    .unwrap();
+                assert!(native == payload && portable == payload, "{size} {level}");
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_zstd_frames_never_unpack_to_different_bytes() {
+        let payload = sample(2000);
+        let frame = zstd_frame(15, true, &payload);
+        let mut unpacker = Unpacker::default();
+        for bit in 0..frame.len() * 8 {
+            let mut damaged = frame.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            if check_zstd_frame(&damaged, payload.len(), 8 << 20).is_err() {
+                continue;
+            }
+            let (mut native, mut portable) = (vec![0; 2000], vec![0; 2000]);
+            let a = unpacker.zstd_native(&damaged, &mut native);
+            let b = unpacker.zstd_portable(&damaged, &mut portable, 8 << 20);
+            if a.is_ok() && b.is_ok() {
+                assert_eq!(native, portable, "bit {bit}");
+            }
+        }
+    }
+
+    #[test]
+    fn zstd_frames_that_are_not_plain_are_refused() {
+        let payload = sample(5000);
+        let frame = zstd_frame(3, false, &payload);
+        let check = |frame: &[u8]| check_zstd_frame(frame, 5000, 8 << 20).map_err(|f| f.fault);
+        assert_eq!(check(&frame), Ok(()));
+        assert_eq!(check(&[&frame[..], &[0]].concat()), Err(Fault::ZstdFrame));
+        assert_eq!(
+            check(&[&frame[..], &frame[..]].concat()),
+            Err(Fault::ZstdFrame)
+        );
+        for end in 0..frame.len() {
+            assert_eq!(check(&frame[..end]), Err(Fault::ZstdFrame));
+        }
+        let window = check_zstd_frame(&frame, 5000, 4999).map_err(|f| f.fault);
+        assert_eq!(window, Err(Fault::ZstdWindow));
+        let mut with_checksum = zstd::bulk::Compressor::new(3).unwrap();
+        with_checksum.include_checksum(true).unwrap();
+        assert_eq!(
+            check(&with_checksum.compress(&payload).unwrap()),
+            Err(Fault::ZstdFrame)
+        );
+        let mut without_size = zstd::bulk::Compressor::new(3).unwrap();
+        without_size.include_contentsize(false).unwrap();
+        assert_eq!(
+            check(&without_size.compress(&payload).unwrap()),
+            Err(Fault::ZstdFrame)
+        );
+    }
+}

@@ -4,15 +4,17 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
+use super::sections::{
+    BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_cells, check_track, word,
+};
 use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, State, StateDigest};
+use super::{Bucket, CELL_POINTS, Cell, State, StateDigest};
 use crate::error::Fault;
 use crate::track::LiveTrack;
 
 /// Bytes before the entries of a payload, and of an entry.
 const HEAD_BYTES: usize = 16;
 const ENTRY_BYTES: usize = 12;
-const BUCKET_BYTES: usize = 4 * BUCKET_ENTRIES;
 
 /// Payloads of the frame in the making, and what is in them.
 #[derive(Default)]
@@ -21,19 +23,6 @@ pub(crate) struct StagedPoints {
     bytes: Vec<u8>,
     used: usize,
     tracks: Vec<StagedTrack>,
-}
-
-/// Where a track's sections lie in [`StagedPoints::bytes`].
-struct StagedTrack {
-    /// Index in the decoder's list of tracks.
-    slot: usize,
-    keyframe: bool,
-    /// Ascending indices (turned from gaps in place).
-    bucket_indices: Range<usize>,
-    buckets: Range<usize>,
-    cell_indices: Range<usize>,
-    keys: Range<usize>,
-    points: Range<usize>,
 }
 
 /// Content of a frame, counted.
@@ -85,11 +74,11 @@ impl StagedPoints {
         if !keyframe && (emptied || last_frame != Some(base)) {
             return Err(Fault::MissingBase);
         }
-        let table = (HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64) as usize;
-        if table > bytes {
+        let table = HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64;
+        if table > bytes as u64 {
             return Err(Fault::PointsSize);
         }
-        let mut at = self.used + table;
+        let mut at = self.used + table as usize;
         let mut above = 0u64;
         for i in 0..count as usize {
             let entry = self.used + HEAD_BYTES + i * ENTRY_BYTES;
@@ -153,11 +142,9 @@ impl StagedPoints {
         for live in tracks.iter_mut() {
             if live.staged || emptied {
                 let cells = region(live.first_cell, live.track.grid().cell_capacity);
-                for (key, cell) in state.next_keys[cells.clone()]
-                    .iter_mut()
-                    .zip(&state.cells[cells])
-                {
-                    *key = cell.key;
+                let homes = state.next_homes[cells.clone()].iter_mut();
+                for (home, cell) in homes.zip(&state.cells[cells]) {
+                    *home = live.hasher.home(cell.key);
                 }
             }
             live.staged = false;
@@ -200,6 +187,11 @@ impl StagedPoints {
         counts
     }
 
+    /// Puts the tracks in order, as [`StagedPoints::digest_track`] needs them.
+    pub(crate) fn sort(&mut self) {
+        self.tracks.sort_unstable_by_key(|staged| staged.slot);
+    }
+
     /// Adds to `digest` a track as it will be after the frame.
     pub(crate) fn digest_track(
         &self,
@@ -210,7 +202,10 @@ impl StagedPoints {
         digest: &mut StateDigest,
     ) {
         let grid = live.track.grid();
-        let staged = self.tracks.iter().find(|staged| staged.slot == slot);
+        let staged = self
+            .tracks
+            .binary_search_by_key(&slot, |staged| staged.slot);
+        let staged = staged.ok().map(|at| &self.tracks[at]);
         let sections = staged.map(|staged| Sections::new(&self.bytes, staged));
         let fresh = emptied || staged.is_some_and(|staged| staged.keyframe);
         let size = grid.widths.bits() as usize / 8;
@@ -233,271 +228,5 @@ impl StagedPoints {
             };
             digest.bucket(index, &bucket, cell);
         }
-    }
-}
-
-/// A track's sections as arrays of little-endian items.
-struct Sections<'a> {
-    bucket_indices: &'a [[u8; 4]],
-    buckets: &'a [[u8; BUCKET_BYTES]],
-    cell_indices: &'a [[u8; 4]],
-    keys: &'a [[u8; 4]],
-    points: &'a [u8],
-}
-
-impl<'a> Sections<'a> {
-    fn new(bytes: &'a [u8], staged: &StagedTrack) -> Self {
-        Sections {
-            bucket_indices: bytes[staged.bucket_indices.clone()].as_chunks().0,
-            buckets: bytes[staged.buckets.clone()].as_chunks().0,
-            cell_indices: bytes[staged.cell_indices.clone()].as_chunks().0,
-            keys: bytes[staged.keys.clone()].as_chunks().0,
-            points: &bytes[staged.points.clone()],
-        }
-    }
-
-    fn find_bucket(&self, index: u32) -> Option<Bucket> {
-        let at = self
-            .bucket_indices
-            .binary_search_by_key(&index, |&b| word(b))
-            .ok()?;
-        Some(bucket(&self.buckets[at]))
-    }
-
-    fn find_cell(&self, index: u32) -> Option<usize> {
-        self.cell_indices
-            .binary_search_by_key(&index, |&b| word(b))
-            .ok()
-    }
-
-    /// The cell at a position in the section, whose points take `size` bytes each.
-    fn cell(&self, at: usize, size: usize) -> Cell {
-        let mut points = [0; CELL_POINTS];
-        let start = at * CELL_POINTS * size;
-        for (point, bytes) in points
-            .iter_mut()
-            .zip(self.points[start..].chunks_exact(size))
-        {
-            *point = bytes
-                .iter()
-                .rev()
-                .fold(0, |word, &byte| word << 8 | u32::from(byte));
-        }
-        Cell {
-            key: word(self.keys[at]),
-            points,
-        }
-    }
-}
-
-fn word(bytes: [u8; 4]) -> u32 {
-    u32::from_le_bytes(bytes)
-}
-
-#[inline]
-fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
-    let mut entries = [0; BUCKET_ENTRIES];
-    for (entry, bytes) in entries.iter_mut().zip(bytes.as_chunks::<4>().0) {
-        *entry = word(*bytes);
-    }
-    Bucket(entries)
-}
-
-/// The seven points of a cell, `B` bytes each, `S = 7 B` in all.
-#[inline]
-fn points<const B: usize, const S: usize>(bytes: &[u8; S]) -> [u32; CELL_POINTS] {
-    let mut points = [0; CELL_POINTS];
-    for (point, bytes) in points.iter_mut().zip(bytes.as_chunks::<B>().0) {
-        let mut word = [0; 4];
-        word[..B].copy_from_slice(bytes);
-        *point = u32::from_le_bytes(word);
-    }
-    points
-}
-
-/// Turns gaps into indices, in place.
-fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
-    let mut next = 0u64;
-    for gap in bytes.as_chunks_mut::<4>().0 {
-        let index = next + u64::from(word(*gap));
-        if index >= u64::from(bound) {
-            return Err(fault);
-        }
-        *gap = (index as u32).to_le_bytes();
-        next = index + 1;
-    }
-    Ok(())
-}
-
-fn check_track(
-    bytes: &mut [u8],
-    staged: &StagedTrack,
-    emptied: bool,
-    state: &mut State,
-    live: &LiveTrack,
-) -> Result<(), Fault> {
-    let grid = live.track.grid();
-    let bucket_gaps = &mut bytes[staged.bucket_indices.clone()];
-    gaps_to_indices(bucket_gaps, grid.bucket_count, Fault::BucketIndex)?;
-    let cell_gaps = &mut bytes[staged.cell_indices.clone()];
-    gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
-    let sections = Sections::new(bytes, staged);
-    let keys = &mut state.next_keys[region(live.first_cell, grid.cell_capacity)];
-    if staged.keyframe && !emptied {
-        keys.fill(EMPTY);
-    }
-    match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, keys)?,
-        24 => check_cells::<3, 21>(&sections, live, keys)?,
-        _ => check_cells::<4, 28>(&sections, live, keys)?,
-    }
-    if !staged.keyframe {
-        let committed = &state.cells[region(live.first_cell, grid.cell_capacity)];
-        let buckets = &state.buckets[region(live.first_bucket, grid.bucket_count)];
-        check_moved(&sections, live, committed, buckets)?;
-    }
-    check_buckets(&sections, live, keys)
-}
-
-/// Keys inside the grid; points within their width, used ones first; free cells without points.
-fn check_cells<const B: usize, const S: usize>(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    next_keys: &mut [u32],
-) -> Result<(), Fault> {
-    let grid = live.track.grid();
-    let volume = grid.volume();
-    let top = grid.widths.bits() - 1;
-    let cells = sections.cell_indices.iter().zip(sections.keys);
-    for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
-        let key = word(*key);
-        if u64::from(key) >= volume && key != EMPTY {
-            return Err(Fault::CellKey);
-        }
-        let mut used = 0u32;
-        let mut wrong = false;
-        for (i, point) in points::<B, S>(cell).into_iter().enumerate() {
-            used |= u32::from(point != 0) << i;
-            wrong |= point != 0 && point >> top != 1;
-        }
-        if wrong {
-            return Err(Fault::PointBits);
-        }
-        if used & (used + 1) != 0 {
-            return Err(Fault::PointCompact);
-        }
-        if key == EMPTY && used != 0 {
-            return Err(Fault::FreeCell);
-        }
-        next_keys[word(*index) as usize] = key;
-    }
-    Ok(())
-}
-
-/// A cell that changed its key is no longer named by the bucket of its old one.
-fn check_moved(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    committed: &[Cell],
-    buckets: &[Bucket],
-) -> Result<(), Fault> {
-    for (index, key) in sections.cell_indices.iter().zip(sections.keys) {
-        let (index, key) = (word(*index), word(*key));
-        let old_key = committed[index as usize].key;
-        if old_key == key || old_key == EMPTY {
-            continue;
-        }
-        let old = live.hasher.bucket_of_key(old_key);
-        if key != EMPTY && live.hasher.bucket_of_key(key) == old {
-            continue;
-        }
-        let bucket = sections.find_bucket(old).unwrap_or(buckets[old as usize]);
-        if bucket.0.contains(&index) {
-            return Err(Fault::CellMoved);
-        }
-    }
-    Ok(())
-}
-
-/// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    next_keys: &[u32],
-) -> Result<(), Fault> {
-    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
-        let index = word(*index);
-        let Bucket(entries) = bucket(bytes);
-        let count = entries.iter().take_while(|&&entry| entry != EMPTY).count();
-        if entries[count..].iter().any(|&entry| entry != EMPTY) {
-            return Err(Fault::BucketCompact);
-        }
-        for (i, &entry) in entries[..count].iter().enumerate() {
-            let Some(&key) = next_keys.get(entry as usize) else {
-                return Err(Fault::BucketEntry);
-            };
-            if key == EMPTY || live.hasher.bucket_of_key(key) != index {
-                return Err(Fault::EntryHash);
-            }
-            if entries[..i].contains(&entry) {
-                return Err(Fault::BucketTwice);
-            }
-        }
-    }
-    Ok(())
-}
-
-fn apply_buckets(sections: &Sections<'_>, fresh: bool, state: &mut State, live: &LiveTrack) {
-    let count = live.track.grid().bucket_count;
-    let buckets = &mut state.buckets[region(live.first_bucket, count)];
-    let mut next = 0;
-    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
-        let index = word(*index);
-        if fresh {
-            buckets[next..index as usize].fill(Bucket::EMPTY);
-            next = index as usize + 1;
-        } else {
-            let at = live.first_bucket + index;
-            state.dirty_buckets.add(at, at + 1);
-        }
-        buckets[index as usize] = bucket(bytes);
-    }
-    if fresh {
-        buckets[next..].fill(Bucket::EMPTY);
-        state
-            .dirty_buckets
-            .add(live.first_bucket, live.first_bucket + count);
-    }
-}
-
-fn apply_cells<const B: usize, const S: usize>(
-    sections: &Sections<'_>,
-    fresh: bool,
-    state: &mut State,
-    live: &LiveTrack,
-) {
-    let count = live.track.grid().cell_capacity;
-    let cells = &mut state.cells[region(live.first_cell, count)];
-    let mut next = 0;
-    let items = sections.cell_indices.iter().zip(sections.keys);
-    for ((index, key), bytes) in items.zip(sections.points.as_chunks::<S>().0) {
-        let index = word(*index);
-        if fresh {
-            cells[next..index as usize].fill(Cell::FREE);
-            next = index as usize + 1;
-        } else {
-            let at = live.first_cell + index;
-            state.dirty_cells.add(at, at + 1);
-        }
-        cells[index as usize] = Cell {
-            key: word(*key),
-            points: points::<B, S>(bytes),
-        };
-    }
-    if fresh {
-        cells[next..].fill(Cell::FREE);
-        state
-            .dirty_cells
-            .add(live.first_cell, live.first_cell + count);
     }
 }

@@ -1,6 +1,6 @@
 //! Keys of grid cells, and the hash that finds their bucket (PSAO Eq. 1).
 
-use super::Grid;
+use super::{EMPTY, Grid};
 
 impl Grid {
     /// The dense index of a grid cell, `x + Dx * (y + Dy * z)`. Exact for cells inside `dims`.
@@ -69,6 +69,18 @@ impl Hasher {
     }
 }
 
+impl Hasher {
+    /// The bucket of a cell's key; [`EMPTY`] for a free cell.
+    #[inline]
+    pub(super) fn home(&self, key: u32) -> u32 {
+        if key == EMPTY {
+            EMPTY
+        } else {
+            self.bucket_of_key(key)
+        }
+    }
+}
+
 /// Exact division of 32-bit numbers by a constant, through its 64-bit reciprocal (Lemire, Kaser,
 /// Kurz, "Faster remainder by direct computation", 2019).
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +103,7 @@ impl Divisor {
         if self.reciprocal == 0 {
             return (number, 0);
         }
-        let quotient = (u128::from(self.reciprocal) * u128::from(number) >> 64) as u32;
+        let quotient = ((u128::from(self.reciprocal) * u128::from(number)) >> 64) as u32;
         (
             quotient,
             number.wrapping_sub(quotient.wrapping_mul(self.value)),

@@ -4,6 +4,7 @@ mod decode;
 mod encode;
 mod hash;
 mod point;
+mod sections;
 mod state;
 
 pub use encode::{Coverage, Update};
@@ -154,3 +155,6 @@ impl Grid {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

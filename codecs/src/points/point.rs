@@ -83,7 +83,7 @@ impl PointWidths {
     }
 
     /// The octahedral codes of a unit normal: of the four around its exact coordinates the one
-    /// with the smallest angle (4+4 bits err by 10.6 degrees at most, nearest codes by 15.7).
+    /// with the smallest angle (4+4 bits err by 5.7 degrees on average and 11.4 at most).
     fn pack_normal(&self, normal: [f32; 3]) -> [u32; 2] {
         let top = (1i32 << (self.normal - 1)) - 1;
         let [u, v] = octahedron_encode(normal).map(|c| c * top as f32);

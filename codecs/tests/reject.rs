@@ -1,0 +1,499 @@
+//! One fault a stream, each with its number; the state and the decoder survive all of them.
+
+mod common;
+use common::*;
+use dapple_codec::container::record_type;
+use dapple_codec::points::*;
+use dapple_codec::*;
+
+/// A stream of one track and two frames, uncompressed; the second is a delta.
+struct Small {
+    bytes: Vec<u8>,
+    /// State after the first frame.
+    first: Shown,
+}
+
+impl Small {
+    fn new() -> Small {
+        let table = track(1, PointWidths::BITS_32, 31, 60);
+        let grid = *table.grid();
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
+        encoder.group(&mut bytes, GroupStart::Keyframes).unwrap();
+        encoder.tracks(&mut bytes, &[table]).unwrap();
+        let (bucket, cell) = one(&grid, 5, 0);
+        let update = Update {
+            track: 1,
+            bucket_indices: &[grid.bucket_of_key(5)],
+            buckets: &[bucket],
+            cell_indices: &[0],
+            cells: &[cell],
+        };
+        encoder
+            .points(&mut bytes, Coverage::Keyframe, &[update], Compression::None)
+            .unwrap();
+        encoder.commit(&mut bytes, 3, None).unwrap();
+        let mut decoder = Decoder::new(Limits::default());
+        let _ = decode(&mut decoder, &bytes);
+        let first = shown(&decoder);
+        let (bucket, cell) = one(&grid, 9, 2);
+        let update = Update {
+            track: 1,
+            bucket_indices: &[grid.bucket_of_key(9)],
+            buckets: &[bucket],
+            cell_indices: &[2],
+            cells: &[cell],
+        };
+        encoder
+            .points(&mut bytes, Coverage::Delta, &[update], Compression::None)
+            .unwrap();
+        encoder
+            .transforms(&mut bytes, &[(1, transform(2.0))], Compression::None)
+            .unwrap();
+        encoder.commit(&mut bytes, 4, None).unwrap();
+        encoder.end(&mut bytes).unwrap();
+        Small { bytes, first }
+    }
+
+    /// Start of the `nth` record of a type.
+    fn record(&self, kind: u16, nth: usize) -> usize {
+        let of_kind = |&r: &usize| header(&self.bytes, r).record_type == kind;
+        records(&self.bytes)
+            .into_iter()
+            .filter(of_kind)
+            .nth(nth)
+            .unwrap()
+    }
+
+    /// The stream gives this error, the state stays, and the decoder takes the next stream.
+    fn rejects(&self, bytes: &[u8], id: u16, kind: Kind) {
+        let mut decoder = Decoder::new(Limits::default());
+        let (events, result) = decode(&mut decoder, bytes);
+        let error = result.unwrap_err();
+        assert_eq!((error.id, error.kind), (id, kind), "{error}");
+        assert_eq!(error.layer as u16, id / 1000 - 1);
+        assert!(!error.name().is_empty() && error.to_string().starts_with(&format!("E{id} ")));
+        match events
+            .iter()
+            .filter(|e| matches!(e, Event::Frame(_)))
+            .count()
+        {
+            0 => assert_eq!(decoder.last_frame(), None),
+            1 => assert!(shown(&decoder) == self.first, "the state changed"),
+            _ => assert_eq!(decoder.last_frame(), Some((1, 4))),
+        }
+        assert_eq!(decoder.push(&[1]).unwrap_err().id, 4011);
+        decoder.reset();
+        decode(&mut decoder, &self.bytes).1.unwrap();
+    }
+}
+
+/// A bucket that names cell `index`, and that cell with key `key` and one point.
+fn one(grid: &Grid, key: u32, index: u32) -> (Bucket, Cell) {
+    let mut entries = [EMPTY; 8];
+    entries[0] = index;
+    let point = grid.widths.pack([0.5; 3], [0.0, 1.0, 0.0], 0.5);
+    (
+        Bucket(entries),
+        Cell {
+            key,
+            points: [point, 0, 0, 0, 0, 0, 0],
+        },
+    )
+}
+
+fn put(payload: &mut [u8], at: usize, value: u32) {
+    payload[at..at + 4].copy_from_slice(&value.to_le_bytes());
+}
+
+#[test]
+fn framing() {
+    let small = Small::new();
+    let bytes = &small.bytes;
+    let malformed = Kind::Malformed;
+    small.rejects(b"not a stream, but long", 1001, malformed);
+    small.rejects(
+        &bytes
+            .iter()
+            .filter(|b| **b != 0x0d)
+            .copied()
+            .collect::<Vec<_>>(),
+        1001,
+        malformed,
+    );
+    let preamble = |version: u16, profile: u16| {
+        let mut b = bytes.clone();
+        b[8..10].copy_from_slice(&version.to_le_bytes());
+        b[10..12].copy_from_slice(&profile.to_le_bytes());
+        let crc = container::crc32c(&b[..12]);
+        b[12..16].copy_from_slice(&crc.to_le_bytes());
+        b
+    };
+    small.rejects(&preamble(2, 0), 1003, Kind::Unsupported);
+    small.rejects(&preamble(1, 1), 1004, Kind::Unsupported);
+
+    let points = small.record(record_type::POINTS, 1);
+    let end = points + 32 + header(bytes, points).stored_bytes as usize;
+    let twice = [&bytes[..end], &bytes[points..]].concat();
+    small.rejects(&twice, 1007, malformed);
+    small.rejects(&[&bytes[..points], &bytes[end..]].concat(), 1008, malformed);
+    let early = small.record(record_type::GROUP, 0);
+    small.rejects(
+        &[&bytes[..points], &bytes[early..]].concat(),
+        1009,
+        malformed,
+    );
+    small.rejects(
+        &with_header(bytes, points, |h| h.packing = 3),
+        1010,
+        Kind::Unsupported,
+    );
+    small.rejects(
+        &with_header(bytes, points, |h| h.unpacked_bytes += 1),
+        1014,
+        malformed,
+    );
+    small.rejects(
+        &with_header(bytes, points, |h| h.version = 1),
+        1021,
+        Kind::Unsupported,
+    );
+    small.rejects(
+        &with_header(bytes, points, |h| h.record_type = 99),
+        1022,
+        Kind::Unsupported,
+    );
+    small.rejects(
+        &with_header(bytes, points, |h| h.critical = false),
+        1023,
+        malformed,
+    );
+    let record = small.record(record_type::END, 0);
+    small.rejects(&with_payload(bytes, record, |p| p[0] ^= 1), 1024, malformed);
+    small.rejects(
+        &with_payload(bytes, record, |p| p[8] ^= 1),
+        1025,
+        Kind::Checksum,
+    );
+    let mut reserved = bytes.clone();
+    reserved[points + 4] = 1;
+    let crc = container::crc32c(&reserved[points..points + 28]);
+    reserved[points + 28..points + 32].copy_from_slice(&crc.to_le_bytes());
+    small.rejects(&reserved, 1006, malformed);
+
+    // Trailing bytes after the end come with the next push.
+    let mut decoder = Decoder::new(Limits::default());
+    let (_, result) = decode(&mut decoder, bytes);
+    result.unwrap();
+    assert_eq!(decoder.push(&[0]).unwrap_err().id, 1020);
+}
+
+#[test]
+fn four_gigabytes_in_sixty_bytes() {
+    let small = Small::new();
+    let start = small.record(record_type::STREAM, 0);
+    for (packing, stored, unpacked, id) in [
+        (0, u32::MAX, u32::MAX, 1012),
+        (1, 12, u32::MAX, 1013),
+        (1, 12, 64 << 20, 1014),
+        (2, 12, 64 << 20, 1014),
+        (2, 12, u32::MAX, 1013),
+    ] {
+        let bytes = with_header(&small.bytes[..60], start, |h| {
+            h.packing = packing;
+            h.stored_bytes = stored;
+            h.unpacked_bytes = unpacked;
+        });
+        let mut decoder = Decoder::new(Limits::default());
+        let error = decode(&mut decoder, &bytes).1.unwrap_err();
+        assert_eq!(error.id, id, "{error}");
+        if id != 1014 {
+            let Kind::LimitExceeded { asked, allowed, .. } = error.kind else {
+                panic!("{error}")
+            };
+            assert_eq!((asked, allowed), (u64::from(u32::MAX), 64 << 20));
+        }
+    }
+}
+
+#[test]
+fn unknown_records() {
+    let small = Small::new();
+    // An ancillary record of an unknown type, packed in an unknown way, after the first commit.
+    let at = small.record(record_type::POINTS, 1);
+    let sequence = header(&small.bytes, at).sequence;
+    let header = container::RecordHeader {
+        record_type: 0x10,
+        critical: false,
+        version: 9,
+        packing: 77,
+        sequence,
+        stored_bytes: 3,
+        unpacked_bytes: u32::MAX,
+        payload_crc: 0,
+    };
+    let bytes = [&small.bytes[..at], &header.to_bytes(), b"abc"].concat();
+    let mut decoder = Decoder::new(Limits::default());
+    let (events, _) = decode(&mut decoder, &bytes);
+    let skipped = Event::Skipped {
+        record_type: 0x10,
+        stored_bytes: 3,
+    };
+    assert_eq!(events.last(), Some(&skipped));
+    decoder.finish_live().unwrap();
+}
+
+#[test]
+fn fields_of_records() {
+    let small = Small::new();
+    let malformed = Kind::Malformed;
+    let case = |kind: u16, nth: usize, id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+        let at = small.record(kind, nth);
+        small.rejects(&with_payload(&small.bytes, at, |p| change(p)), id, want);
+    };
+    use record_type::*;
+    case(STREAM, 0, 2001, malformed, &|p| p.push(0));
+    case(STREAM, 0, 2003, malformed, &|p| put(p, 4, 0));
+    case(GROUP, 0, 2002, malformed, &|p| p[8] = 1);
+    case(GROUP, 0, 2021, Kind::Unsupported, &|p| put(p, 4, 2));
+    case(GROUP, 0, 4002, Kind::MissingBase, &|p| put(p, 4, 1));
+    case(TRANSFORMS, 0, 2001, malformed, &|p| put(p, 0, 2));
+    case(TRANSFORMS, 0, 2019, malformed, &|p| put(p, 8, 2));
+    case(TRANSFORMS, 0, 2009, malformed, &|p| {
+        put(p, 12, f32::NAN.to_bits())
+    });
+    case(COMMIT, 1, 4003, malformed, &|p| put(p, 8, 0));
+    case(COMMIT, 1, 4004, malformed, &|p| put(p, 0, 2));
+    case(COMMIT, 1, 2002, malformed, &|p| put(p, 12, 2));
+    case(COMMIT, 1, 4005, Kind::Checksum, &|p| {
+        put(p, 12, 1);
+        p.extend([0; 8]);
+    });
+    // Tracks are packed by the encoder; rewrite the record without.
+    let at = small.record(TRACK, 0);
+    let h = header(&small.bytes, at);
+    let mut plain = vec![0; h.unpacked_bytes as usize];
+    let stored = &small.bytes[at + 32..at + 32 + h.stored_bytes as usize];
+    match h.packing {
+        0 => plain.copy_from_slice(stored),
+        _ => assert_eq!(lz4(stored, &mut plain), plain.len()),
+    }
+    let track_case = |id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+        let mut payload = plain.clone();
+        change(&mut payload);
+        let mut h = h;
+        h.packing = 0;
+        h.stored_bytes = payload.len() as u32;
+        h.unpacked_bytes = payload.len() as u32;
+        h.payload_crc = container::crc32c(&payload);
+        let rest = &small.bytes[at + 32 + stored.len()..];
+        small.rejects(
+            &[&small.bytes[..at], &h.to_bytes(), &payload, rest].concat(),
+            id,
+            want,
+        );
+    };
+    let limit = |which, asked, allowed| Kind::LimitExceeded {
+        which,
+        asked,
+        allowed,
+    };
+    let unsupported = Kind::Unsupported;
+    track_case(2001, malformed, &|p| put(p, 0, 2));
+    track_case(2001, malformed, &|p| put(p, 8, 4));
+    track_case(2002, malformed, &|p| put(p, 4, 1));
+    track_case(2007, unsupported, &|p| p[16] = 2);
+    track_case(2008, unsupported, &|p| p[18] = 1);
+    track_case(2020, unsupported, &|p| p[20] = 2);
+    track_case(2002, malformed, &|p| p[21] = 2);
+    track_case(2012, limit(Limit::PathBytes, 0xff0b, 1024), &|p| {
+        p[23] = 0xff
+    });
+    track_case(2009, malformed, &|p| put(p, 40, f32::INFINITY.to_bits()));
+    track_case(2010, malformed, &|p| put(p, 40, 5f32.to_bits()));
+    track_case(2014, malformed, &|p| put(p, 112, 0));
+    track_case(2015, malformed, &|p| put(p, 124, 1f32.to_bits()));
+    track_case(2016, malformed, &|p| p[128] = 6);
+    track_case(2017, malformed, &|p| put(p, 132, 0));
+    let asked = 31 * 32 + u64::from(u32::MAX - 1) * 36;
+    track_case(2018, limit(Limit::StateBytes, asked, 512 << 20), &|p| {
+        put(p, 136, u32::MAX - 1)
+    });
+    track_case(2011, malformed, &|p| p[140] = 0xff);
+    track_case(2002, malformed, &|p| *p.last_mut().unwrap() = 1);
+}
+
+/// A minimal lz4 block decoder: the test needs no other crate.
+fn lz4(mut block: &[u8], out: &mut [u8]) -> usize {
+    fn length(block: &mut &[u8], mut value: usize) -> usize {
+        if value == 15 {
+            loop {
+                let byte = block[0];
+                *block = &block[1..];
+                value += usize::from(byte);
+                if byte != 255 {
+                    break;
+                }
+            }
+        }
+        value
+    }
+    let mut at = 0;
+    while let Some((&token, rest)) = block.split_first() {
+        block = rest;
+        let literals = length(&mut block, usize::from(token >> 4));
+        out[at..at + literals].copy_from_slice(&block[..literals]);
+        block = &block[literals..];
+        at += literals;
+        if block.is_empty() {
+            break;
+        }
+        let offset = usize::from(u16::from_le_bytes([block[0], block[1]]));
+        block = &block[2..];
+        for _ in 0..4 + length(&mut block, usize::from(token & 15)) {
+            out[at] = out[at - offset];
+            at += 1;
+        }
+    }
+    at
+}
+
+#[test]
+fn fields_of_points() {
+    let small = Small::new();
+    let malformed = Kind::Malformed;
+    let case = |id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+        let at = small.record(record_type::POINTS, 1);
+        small.rejects(&with_payload(&small.bytes, at, |p| change(p)), id, want);
+    };
+    // Head 16, entry 12, bucket index 28, bucket 32..64, cell index 64, key 68, points 72..100.
+    case(3001, malformed, &|p| p.truncate(15));
+    case(3001, malformed, &|p| p.extend([0; 4]));
+    case(3001, malformed, &|p| put(p, 0, u32::MAX));
+    case(3001, malformed, &|p| put(p, 20, u32::MAX));
+    case(3001, malformed, &|p| put(p, 24, 2));
+    case(3002, malformed, &|p| put(p, 4, 2));
+    case(3002, malformed, &|p| put(p, 12, 1));
+    case(3002, malformed, &|p| (put(p, 4, 1), put(p, 8, 1)).0);
+    case(4001, Kind::MissingBase, &|p| put(p, 8, 7));
+    case(2019, malformed, &|p| put(p, 16, 2));
+    case(3003, malformed, &|p| put(p, 28, 31));
+    case(3003, malformed, &|p| put(p, 28, u32::MAX));
+    case(3004, malformed, &|p| put(p, 64, 60));
+    case(3005, malformed, &|p| put(p, 32, 60));
+    case(3006, malformed, &|p| put(p, 40, 2));
+    case(3007, malformed, &|p| put(p, 36, 2));
+    case(3008, malformed, &|p| put(p, 68, 9 * 8 * 7));
+    case(3009, malformed, &|p| put(p, 80, 1 << 31));
+    case(3010, malformed, &|p| put(p, 76, 1));
+    case(3011, malformed, &|p| put(p, 68, EMPTY));
+    case(3012, malformed, &|p| put(p, 68, 10));
+    case(3012, malformed, &|p| put(p, 32, 1));
+    // The cell of the first frame takes another key; its old bucket still names it.
+    case(3013, malformed, &|p| put(p, 64, 0));
+}
+
+#[test]
+fn order_of_a_session() {
+    let build = |f: &dyn Fn(&mut Encoder, &mut Vec<u8>)| {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
+        f(&mut encoder, &mut bytes);
+        let mut decoder = Decoder::new(Limits::default());
+        decode(&mut decoder, &bytes).1.unwrap_err().id
+    };
+    let t = |id| track(id, PointWidths::BITS_32, 3, 4);
+    let empty = |track| Update {
+        track,
+        bucket_indices: &[],
+        buckets: &[],
+        cell_indices: &[],
+        cells: &[],
+    };
+    let none = Compression::None;
+    let key = Coverage::Keyframe;
+    assert_eq!(build(&|e, o| assert_eq!(e.commit(o, 0, None), Ok(0))), 4008);
+    let group = |e: &mut Encoder, o: &mut Vec<u8>| e.group(o, GroupStart::Keyframes).unwrap();
+    assert_eq!(build(&|e, o| (group(e, o), group(e, o)).0), 4006);
+    let twice = |e: &mut Encoder, o: &mut Vec<u8>| {
+        group(e, o);
+        e.tracks(o, &[t(1)]).unwrap();
+        e.points(o, key, &[empty(1)], none).unwrap();
+        e.points(o, key, &[empty(1)], none).unwrap();
+    };
+    assert_eq!(build(&twice), 4010);
+    assert_eq!(
+        build(&|e, o| (e.tracks(o, &[t(5)]), e.tracks(o, &[t(4)])).0.unwrap()),
+        2005
+    );
+    let changed = |e: &mut Encoder, o: &mut Vec<u8>| {
+        e.tracks(o, &[t(5)]).unwrap();
+        e.tracks(o, &[t(5)]).unwrap();
+        e.tracks(o, &[track(5, PointWidths::BITS_32, 4, 4)])
+            .unwrap();
+    };
+    assert_eq!(build(&changed), 2006);
+    let removed = |e: &mut Encoder, o: &mut Vec<u8>| {
+        group(e, o);
+        e.tracks(o, &[t(1)]).unwrap();
+        e.remove_tracks(o, &[1]).unwrap();
+        e.transforms(o, &[(1, Transform::IDENTITY)], none).unwrap();
+    };
+    assert_eq!(build(&removed), 2019);
+    let ends_open = |e: &mut Encoder, o: &mut Vec<u8>| {
+        group(e, o);
+        std::mem::replace(
+            e,
+            Encoder::new(EncoderConfig::default(), &mut Vec::new()).unwrap(),
+        )
+        .end(o)
+        .unwrap();
+    };
+    assert_eq!(build(&ends_open), 4006);
+}
+
+#[test]
+fn an_encoder_refuses_what_a_decoder_would() {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    let length = out.len();
+    let t = |id| track(id, PointWidths::BITS_32, 3, 4);
+    let ids = |r: Result<()>| r.unwrap_err().id;
+    assert_eq!(ids(encoder.tracks(&mut out, &[t(2), t(1)])), 2004);
+    let update = |index: &'static [u32]| Update {
+        track: 1,
+        bucket_indices: index,
+        buckets: &[Bucket::EMPTY],
+        cell_indices: &[],
+        cells: &[],
+    };
+    let none = Compression::None;
+    let key = Coverage::Keyframe;
+    assert_eq!(
+        ids(encoder.points(&mut out, key, &[update(&[0])], none)),
+        2019
+    );
+    assert_eq!(
+        ids(encoder.points(&mut out, Coverage::Delta, &[update(&[0])], none)),
+        4001
+    );
+    assert_eq!(out.len(), length, "a refused call wrote bytes");
+    encoder.tracks(&mut out, &[t(1)]).unwrap();
+    assert_eq!(
+        ids(encoder.points(&mut out, key, &[update(&[3])], none)),
+        3003
+    );
+    assert_eq!(
+        ids(encoder.points(&mut out, key, &[update(&[])], none)),
+        4012
+    );
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder
+        .points(&mut out, key, &[update(&[2])], none)
+        .unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    encoder.end(&mut out).unwrap();
+    decode(&mut Decoder::new(Limits::default()), &out)
+        .1
+        .unwrap();
+}

@@ -1,0 +1,302 @@
+//! Whole streams: round trips, every cut, every damage.
+
+mod common;
+use common::*;
+use dapple_codec::points::*;
+use dapple_codec::*;
+
+const ALL: [Compression; 3] = [
+    Compression::None,
+    Compression::Lz4,
+    Compression::Zstd {
+        level: 15,
+        lazy: true,
+    },
+];
+
+fn frames(events: &[Event]) -> usize {
+    events
+        .iter()
+        .filter(|e| matches!(e, Event::Frame(_)))
+        .count()
+}
+
+#[test]
+fn state_after_each_frame_is_the_servers() {
+    for compression in ALL {
+        for digests in [false, true] {
+            let (bytes, states) = stream(compression, digests);
+            let mut decoder = Decoder::new(Limits::default());
+            let mut rest = &bytes[..];
+            let mut frame = 0;
+            loop {
+                let (consumed, event) = decoder.push(rest).unwrap();
+                rest = &rest[consumed..];
+                match event {
+                    Event::Frame(info) => {
+                        assert_eq!(info.number as usize, frame);
+                        assert_eq!(shown(&decoder), states[frame], "{compression:?} {frame}");
+                        frame += 1;
+                    }
+                    Event::End => break,
+                    Event::NeedInput => panic!("no end"),
+                    _ => {}
+                }
+            }
+            assert_eq!(frame, states.len());
+            decoder.finish().unwrap();
+        }
+    }
+}
+
+#[test]
+fn every_split_gives_the_same() {
+    for compression in ALL {
+        let (bytes, states) = stream(compression, true);
+        let mut whole = Decoder::new(Limits::default());
+        let (events, result) = decode(&mut whole, &bytes);
+        result.unwrap();
+        let mut random = Random(1);
+        for round in 0..40 {
+            let mut decoder = Decoder::new(Limits::default());
+            let mut seen = Vec::new();
+            let mut at = 0;
+            while at < bytes.len() {
+                let size = if round == 0 {
+                    1
+                } else {
+                    1 + random.below(round * 20) as usize
+                };
+                let end = (at + size).min(bytes.len());
+                while at < end {
+                    let (consumed, event) = decoder.push(&bytes[at..end]).unwrap();
+                    at += consumed;
+                    if event != Event::NeedInput {
+                        seen.push(event);
+                    }
+                }
+            }
+            // A record that ends with the input gives its event at the next call at the latest.
+            while let (0, event) = decoder.push(&[]).unwrap() {
+                if event == Event::End || event == Event::NeedInput {
+                    break;
+                }
+                seen.push(event);
+            }
+            assert_eq!(seen, events);
+            assert_eq!(shown(&decoder), states[states.len() - 1]);
+        }
+    }
+}
+
+#[test]
+fn truncated_at_every_byte_is_truncated_and_the_last_frame_stands() {
+    let (bytes, states) = stream(Compression::Lz4, false);
+    let mut decoder = Decoder::new(Limits::default());
+    for end in 0..bytes.len() {
+        decoder.reset();
+        let (events, result) = decode(&mut decoder, &bytes[..end]);
+        let error = result.unwrap_err();
+        assert_eq!(
+            (error.kind, error.id, error.offset),
+            (Kind::Truncated, 1019, end as u64)
+        );
+        match frames(&events) {
+            0 => assert_eq!(decoder.last_frame(), None),
+            n => assert_eq!(shown(&decoder), states[n - 1]),
+        }
+        let at_boundary = end == bytes.len() || records(&bytes).contains(&end);
+        let committed = at_boundary && {
+            let before = records(&bytes).into_iter().filter(|&r| r < end).max();
+            before.is_some_and(|r| matches!(header(&bytes, r).record_type, 1 | 6))
+        };
+        assert_eq!(
+            decoder.finish_live().is_ok(),
+            committed,
+            "live end at {end}"
+        );
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_an_error_and_the_last_frame_stands() {
+    for compression in ALL {
+        let (bytes, states) = stream(compression, false);
+        let mut decoder = Decoder::new(Limits::default());
+        for bit in 0..bytes.len() * 8 {
+            let mut damaged = bytes.clone();
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            decoder.reset();
+            let (events, result) = decode(&mut decoder, &damaged);
+            let error = result.unwrap_err();
+            assert!(error.offset <= (bit / 8) as u64, "{error}");
+            match frames(&events) {
+                0 => assert_eq!(decoder.last_frame(), None),
+                n => assert_eq!(shown(&decoder), states[n - 1], "bit {bit}"),
+            }
+        }
+        decoder.reset();
+        decode(&mut decoder, &bytes).1.unwrap();
+        assert_eq!(shown(&decoder), states[4]);
+    }
+}
+
+#[test]
+fn resume_goes_on_at_the_next_group() {
+    let (bytes, states) = stream(Compression::None, false);
+    let starts = records(&bytes);
+    let second_group = starts
+        .iter()
+        .position(|&r| header(&bytes, r).record_type == 2 && header(&bytes, r).sequence > 1)
+        .unwrap();
+    let mut decoder = Decoder::new(Limits::default());
+    for (i, &start) in starts.iter().enumerate().take(second_group).skip(1) {
+        // Damage of the payload, a lost record, and a header that says too much.
+        let end = starts[i + 1];
+        let mut payload = bytes.clone();
+        payload[start + 32] ^= 1;
+        let lost = [&bytes[..start], &bytes[end..]].concat();
+        let huge = with_header(&bytes, start, |h| h.packing = 9);
+        for damaged in [payload, lost, huge] {
+            decoder.reset();
+            let (_, result) = decode(&mut decoder, &damaged);
+            result.unwrap_err();
+            let before = shown(&decoder);
+            assert!(decoder.resume());
+            assert_eq!(shown(&decoder), before);
+            let from = decoder.position() as usize;
+            let (events, result) = decode(&mut decoder, &damaged[from..]);
+            result.unwrap();
+            assert_eq!(frames(&events), 2);
+            assert_eq!(shown(&decoder), states[4]);
+        }
+    }
+    // A damaged header loses the framing.
+    let mut damaged = bytes.clone();
+    damaged[starts[2] + 5] ^= 1;
+    decoder.reset();
+    assert_eq!(decode(&mut decoder, &damaged).1.unwrap_err().id, 1005);
+    assert!(!decoder.resume());
+    assert_eq!(decoder.push(&[]).unwrap_err().id, 4011);
+}
+
+#[test]
+fn a_group_can_build_on_a_state() {
+    let table = track(1, PointWidths::BITS_32, 3, 4);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.tracks(&mut out, &[table]).unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    let mut digest = StateDigest::new();
+    digest.track(1, None, &[Bucket::EMPTY; 3], &[Cell::FREE; 4]);
+    for (wanted, id) in [(digest.finish(), None), (digest.finish() ^ 1, Some(4002))] {
+        let mut decoder = Decoder::new(Limits::default());
+        let _ = decode(&mut decoder, &out);
+        let mut more = Vec::new();
+        let mut bytes = out.clone();
+        bytes.truncate(out.len());
+        // The group's payload is id, start, digest.
+        let mut payload = Vec::new();
+        payload.extend(1u32.to_le_bytes());
+        payload.extend(1u32.to_le_bytes());
+        payload.extend(wanted.to_le_bytes());
+        let header = container::RecordHeader {
+            record_type: 2,
+            critical: true,
+            version: 0,
+            packing: 0,
+            sequence: 4,
+            stored_bytes: 16,
+            unpacked_bytes: 16,
+            payload_crc: container::crc32c(&payload),
+        };
+        more.extend(header.to_bytes());
+        more.extend(payload);
+        assert_eq!(decoder.push(&more).err().map(|e| e.id), id);
+    }
+}
+
+#[test]
+fn dirty_ranges_cover_every_change() {
+    let (bytes, _) = stream(Compression::None, false);
+    let mut decoder = Decoder::new(Limits::default());
+    let (mut buckets, mut cells): (Vec<Bucket>, Vec<Cell>) = Default::default();
+    let mut rest = &bytes[..];
+    loop {
+        let (consumed, event) = decoder.push(rest).unwrap();
+        rest = &rest[consumed..];
+        // A GPU's copy that only sees dirty ranges.
+        let state = decoder.points();
+        buckets.resize(state.buckets().len(), Bucket([0; 8]));
+        cells.resize(
+            state.cells().len(),
+            Cell {
+                key: 0,
+                points: [9; 7],
+            },
+        );
+        for range in state.dirty_buckets() {
+            let range = range.start as usize..range.end as usize;
+            buckets[range.clone()].copy_from_slice(&state.buckets()[range]);
+        }
+        for range in state.dirty_cells() {
+            let range = range.start as usize..range.end as usize;
+            cells[range.clone()].copy_from_slice(&state.cells()[range]);
+        }
+        assert_eq!((&buckets[..], &cells[..]), (state.buckets(), state.cells()));
+        decoder.clear_dirty();
+        if event == Event::End {
+            return;
+        }
+    }
+}
+
+#[test]
+fn tracks_come_and_go_and_reuse_memory() {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    let mut decoder = Decoder::new(Limits::default());
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder
+        .tracks(&mut out, &[track(0, PointWidths::BITS_32, 5, 6)])
+        .unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    for id in 1..50 {
+        encoder
+            .tracks(&mut out, &[track(id, PointWidths::BITS_32, 5, 6)])
+            .unwrap();
+        let cell = Cell {
+            key: 3,
+            points: [0; 7],
+        };
+        let bucket = track(id, PointWidths::BITS_32, 5, 6)
+            .grid()
+            .bucket_of_key(3);
+        let update = Update {
+            track: id,
+            bucket_indices: &[bucket],
+            buckets: &[Bucket([2, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY, EMPTY])],
+            cell_indices: &[2],
+            cells: &[cell],
+        };
+        encoder
+            .points(&mut out, Coverage::Delta, &[update], Compression::None)
+            .unwrap();
+        encoder.remove_tracks(&mut out, &[id - 1]).unwrap();
+        encoder.commit(&mut out, u64::from(id), None).unwrap();
+    }
+    let reused = [&out[..], &{
+        let mut more = Vec::new();
+        encoder
+            .tracks(&mut more, &[track(3, PointWidths::BITS_32, 5, 6)])
+            .unwrap();
+        more
+    }]
+    .concat();
+    let (_, result) = decode(&mut decoder, &reused);
+    assert_eq!(result.unwrap_err().id, 2005);
+    assert_eq!(decoder.tracks().len(), 1);
+    assert_eq!(decoder.points().cells().len(), 12);
+    assert_eq!(decoder.points().buckets().len(), 10);
+}
