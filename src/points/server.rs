@@ -25,7 +25,9 @@ const MOVED: f32 = 1.0 / 8.0;
 /// 4+4 bit octahedral normal).
 const TURNED: f32 = 0.990;
 /// Poses looked at to size the grid of a deforming mesh.
-const SAMPLED_POSES: usize = 16;
+const SAMPLED_POSES: usize = 48;
+/// Their spacing as a share of the animation: the golden ratio falls in step with no cycle.
+const POSE_SPACING: f64 = 0.618_033_988_749_894_8;
 /// Entries left free in every bucket of a deforming mesh, for the poses that were not looked at.
 const POSED_SPARE: u32 = 2;
 /// Points traced at once; bounds the memory of a tick.
@@ -226,7 +228,7 @@ impl<'s> Server<'s> {
         let templates = templates(scene, &rest, &pose, &options);
         let samples: Vec<Pose> = if scene.instances.iter().enumerate().any(|(i, _)| scene.is_deforming_instance(i)) {
             (0..SAMPLED_POSES)
-                .map(|k| scene.pose(scene.duration as f64 * k as f64 / SAMPLED_POSES as f64))
+                .map(|k| scene.pose(scene.duration as f64 * (k as f64 * POSE_SPACING).fract()))
                 .collect()
         } else {
             Vec::new()
