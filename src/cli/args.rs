@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::Result;
 use crate::codec::Compression;
 use crate::codec::points::PointWidths;
+use crate::render::MAX_SIDE;
 use crate::scene::Scene;
 
 /// Which scene, seen from where, when, and how large.
@@ -299,7 +300,8 @@ fn compression(text: &str) -> Parsed<Compression> {
     })
 }
 
-fn density(text: &str) -> Parsed<f64> {
+/// Points per square metre.
+pub fn density(text: &str) -> Parsed<f64> {
     number(
         text,
         1e-6..=1e6,
@@ -343,16 +345,17 @@ fn size(text: &str) -> Parsed<(u32, u32)> {
     let side = |text: &str| {
         text.parse::<u32>()
             .ok()
-            .filter(|s| (1..=16_384).contains(s))
+            .filter(|s| (1..=MAX_SIDE).contains(s))
     };
     text.split_once('x')
         .and_then(|(width, height)| side(width).zip(side(height)))
-        // A picture of 16384 x 16384 pixels would pass side by side, and no machine renders it.
-        .filter(|(width, height)| width * height <= 1 << 26)
+        // With four samples a pixel, this many take about 2 GB.
+        .filter(|(width, height)| width * height <= 1 << 24)
         .ok_or_else(|| {
-            "expected WIDTHxHEIGHT in pixels, such as 480x270, sides from 1 to 16384 and at most \
-             67 million pixels"
-                .to_string()
+            format!(
+                "expected WIDTHxHEIGHT in pixels, such as 480x270, sides from 1 to {MAX_SIDE} and \
+                 at most 16 million pixels"
+            )
         })
 }
 
@@ -471,7 +474,8 @@ mod tests {
             "--server-fps 0",
             "--size 0x5",
             "--size 5",
-            "--size 16384x16384",
+            "--size 16384x10",
+            "--size 8192x8192",
             "--size 99999999999x1",
             "--time -1",
             "--time nan",

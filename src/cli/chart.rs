@@ -29,8 +29,9 @@ pub struct Args {
     #[command(flatten)]
     encode: EncodeArgs,
     /// Densities to measure, before thinning; overrides --density.
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "64,256,1024")]
-    densities: Vec<f32>,
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "64,256,1024",
+        value_parser = super::args::density)]
+    densities: Vec<f64>,
     /// Cameras to measure; all of the scene's if not given.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     cameras: Vec<String>,
@@ -72,9 +73,6 @@ struct Seat {
 /// cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
-    if let Some(bad) = args.densities.iter().find(|d| !(**d > 0.0 && d.is_finite())) {
-        return Err(Error::Invalid(format!("--densities: {bad} is no density; give points per m2")));
-    }
     std::fs::create_dir_all(&args.output)
         .map_err(|source| Error::Io { path: args.output.clone(), source })?;
     let job = args.encode.job(&scene, &args.scene.view)?;
@@ -85,7 +83,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     rates.extend(args.server_rates.iter().filter(|r| **r != args.encode.fps));
     let bar = Progress::new("Measuring runs", (args.densities.len() * seats.len() * rates.len()) as u64);
     let mut rows: Vec<Row> = Vec::new();
-    for &density in &args.densities {
+    for density in args.densities.iter().map(|&d| d as f32) {
         let options = Options {
             density: Density { candidates: density, ..job.options.density },
             ..job.options

@@ -29,12 +29,12 @@ pub struct Args {
 ///
 /// # Errors
 /// `Scene` for an unusable scene, `Io` where the stream cannot be written, `Invalid` for what the
-/// scene does not have. The output file appears whole or not at all.
+/// scene does not have. An output file appears whole or not at all.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
     let job = args.encode.job(&scene, &args.scene.view)?;
     let io = |source| Error::Io { path: args.output.clone(), source };
-    let unfinished = beside(&args.output);
+    let unfinished = beside(&args.output)?;
     let mut file = BufWriter::new(File::create(&unfinished).map_err(|source| Error::Io {
         path: unfinished.clone(),
         source,
@@ -55,11 +55,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
         let report = stream.finish(&mut bytes)?;
         file.write_all(&bytes).and_then(|()| file.flush()).map_err(io)?;
-        std::fs::rename(&unfinished, &args.output).map_err(io)?;
+        if unfinished != args.output {
+            std::fs::rename(&unfinished, &args.output).map_err(io)?;
+        }
         Ok(report)
     };
     let report = write().inspect_err(|_| {
-        let _ = std::fs::remove_file(&unfinished);
+        if unfinished != args.output {
+            let _ = std::fs::remove_file(&unfinished);
+        }
     })?;
 
     if args.json {
@@ -85,9 +89,39 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The name of the output while it is written.
-fn beside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    path.with_file_name(name)
+/// The name of the output while it is written: another one beside it, unless it is a pipe or a
+/// device, which must not be replaced by a file.
+fn beside(path: &Path) -> Result<PathBuf> {
+    match std::fs::metadata(path) {
+        Ok(m) if m.is_dir() => Err(Error::Io {
+            path: path.into(),
+            source: std::io::ErrorKind::IsADirectory.into(),
+        }),
+        Ok(m) if !m.is_file() => Ok(path.into()),
+        _ => {
+            let mut name = path.file_name().unwrap_or_default().to_os_string();
+            name.push(".part");
+            Ok(path.with_file_name(name))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_are_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("a.dapple");
+        let part = folder.path().join("a.dapple.part");
+        assert_eq!(beside(&file).expect("new"), part);
+        std::fs::write(&file, b"old").expect("written");
+        assert_eq!(beside(&file).expect("there"), part);
+        assert!(beside(folder.path()).is_err());
+        let null = Path::new("/dev/null");
+        if null.exists() {
+            assert_eq!(beside(null).expect("a device"), null);
+        }
+    }
 }

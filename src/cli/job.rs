@@ -11,6 +11,9 @@ use crate::scene::Scene;
 use crate::scene::camera::{DEFAULT_YFOV, look_at};
 use crate::{Error, Result};
 
+/// Most frames that are encoded unasked: as many as `--frames` allows.
+const MAX_FRAMES: f64 = 1e6;
+
 impl ViewArgs {
     /// The eyes that `--camera`, or `--eye` and `--target`, ask for.
     ///
@@ -67,16 +70,23 @@ impl EncodeArgs {
     /// The whole job. Without `--frames` it takes the length of the animation, or one frame.
     ///
     /// # Errors
-    /// As [`ViewArgs::view`].
+    /// As [`ViewArgs::view`], and `Invalid` for an animation too long to be encoded whole.
     pub fn job(&self, scene: &Scene, view: &ViewArgs) -> Result<Job> {
         let rate = TickRate { numerator: self.fps.numerator, denominator: self.fps.denominator };
-        let whole = (scene.duration as f64 * self.fps.hz()).round().max(1.0) as usize;
+        let whole = (scene.duration as f64 * self.fps.hz()).round().max(1.0);
+        if self.frames.is_none() && whole > MAX_FRAMES {
+            return Err(Error::Invalid(format!(
+                "{}: its animation of {} s makes {whole} frames; say with --frames how many to encode",
+                scene.name, scene.duration
+            )));
+        }
         Ok(Job {
             options: self.options(view.aspect()),
             view: view.view(scene)?,
-            frames: self.frames.map_or(whole, |f| f as usize),
+            frames: self.frames.map_or(whole as usize, |f| f as usize),
             rate,
-            start: view.seconds(self.fps),
+            // Frames lie on the clock that the stream counts in.
+            start: (view.seconds(self.fps) * self.fps.hz()).round() / self.fps.hz(),
             keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
             compression: self.compression,
         })

@@ -164,7 +164,7 @@ fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<
     loop {
         let read = file.read(&mut buffer).map_err(io)?;
         if read == 0 {
-            client.decoder().finish_live()?;
+            client.decoder().finish_live().map_err(|e| super::stream::error(path, &e))?;
             return Ok(client);
         }
         let mut bytes = &buffer[..read];
@@ -177,7 +177,10 @@ fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<
                     return Ok(client);
                 }
             }
-            let (used, _) = client.push_until(bytes, next)?;
+            let (used, _) = client.push_until(bytes, next).map_err(|error| match error {
+                Error::Codec(fault) => super::stream::error(path, &fault),
+                other => other,
+            })?;
             bytes = &bytes[used..];
         }
         if client.ended() {

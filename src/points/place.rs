@@ -56,6 +56,31 @@ pub struct Placement {
     pub candidates: usize,
 }
 
+/// Surface of an instance of the rest pose that points are placed on, in square metres, summed up
+/// triangle by triangle. Both sides of double-sided triangles count; glass holds no points.
+fn running_area(scene: &Scene, rest: &Pose, instance: usize, scale: Mat3) -> Vec<f64> {
+    let mesh = &scene.meshes[scene.instances[instance].mesh];
+    let shape = rest.shape(scene, instance);
+    let mut total = 0.0f64;
+    let triangles = mesh.triangles.iter().zip(&mesh.materials);
+    triangles
+        .map(|(triangle, &material)| {
+            let material = &scene.materials[material as usize];
+            if material.alpha != Alpha::Blend {
+                let [a, b, c] = triangle.map(|i| scale * shape[i as usize]);
+                let sides = if material.double_sided { 2.0 } else { 1.0 };
+                total += 0.5 * (b - a).cross(c - a).length() as f64 * sides;
+            }
+            total
+        })
+        .collect()
+}
+
+/// Surface of an instance of the rest pose that [`place`] spreads points over, in square metres.
+pub fn area(scene: &Scene, rest: &Pose, instance: usize, scale: Mat3) -> f64 {
+    running_area(scene, rest, instance, scale).last().copied().unwrap_or(0.0)
+}
+
 /// Places points on an instance of the rest pose. `scale` is the part of its transform that is
 /// not rotation or translation (see [`super::grid::split`]); areas are measured with it.
 /// Deterministic: the same mesh, scale, density and seed give the same points.
@@ -71,19 +96,9 @@ pub fn place(
     let shape = rest.shape(scene, instance);
     let corner = |t: usize, k: usize| scale * shape[mesh.triangles[t][k] as usize];
 
-    // Running surface area; both sides of double-sided triangles count, glass holds no points.
-    let mut area = Vec::with_capacity(mesh.triangles.len());
-    let mut total = 0.0f64;
-    for t in 0..mesh.triangles.len() {
-        let material = &scene.materials[mesh.materials[t] as usize];
-        if material.alpha != Alpha::Blend {
-            let [a, b, c] = [0, 1, 2].map(|k| corner(t, k));
-            let sides = if material.double_sided { 2.0 } else { 1.0 };
-            total += 0.5 * (b - a).cross(c - a).length() as f64 * sides;
-        }
-        area.push(total);
-    }
-    if total <= 0.0 || total.is_nan() {
+    let area = running_area(scene, rest, instance, scale);
+    let total = area.last().copied().unwrap_or(0.0);
+    if total <= 0.0 || !total.is_finite() {
         return Placement::default();
     }
 

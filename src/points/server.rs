@@ -4,11 +4,12 @@
 use super::chunks::{AabbTree, Chunks};
 use super::frustum::Frustum;
 use super::grid::{self, Extent};
-use super::place::{Density, Placement, place};
+use super::place::{Density, Placement, area, place};
 use super::rng::Rng;
 use super::sample::GridTransform;
 use super::store::{Overflow, Store};
-use crate::codec::points::PointWidths;
+use crate::codec::Limits;
+use crate::codec::points::{Bucket, Cell, PointWidths};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::{Aabb, Tracer};
 use crate::{Error, Result};
@@ -30,6 +31,11 @@ const SAMPLED_POSES: usize = 48;
 const POSE_SPACING: f64 = 0.618_033_988_749_894_8;
 /// Entries left free in every bucket of a deforming mesh, for the poses that were not looked at.
 const POSED_SPARE: u32 = 2;
+/// Most candidates that are placed in a scene, all instances together: about 4 GB of memory at
+/// the worst, and as many points as a decoder's default limits accept.
+const MAX_CANDIDATES: f64 = (1u32 << 25) as f64;
+/// Rest shapes that differ by less than this share of their size hold the same points.
+const SAME_SHAPE: f32 = 1e-4;
 /// Points traced at once; bounds the memory of a tick.
 const BLOCK: usize = 1 << 16;
 
@@ -225,7 +231,7 @@ impl<'s> Server<'s> {
         let rest = scene.rest_pose();
         let pose = scene.pose(time);
         let tracer = Tracer::new(scene, &pose);
-        let templates = templates(scene, &rest, &pose, &options);
+        let templates = templates(scene, &rest, &pose, &options)?;
         let samples: Vec<Pose> = if scene.instances.iter().enumerate().any(|(i, _)| scene.is_deforming_instance(i)) {
             (0..SAMPLED_POSES)
                 .map(|k| scene.pose(scene.duration as f64 * (k as f64 * POSE_SPACING).fract()))
@@ -242,6 +248,7 @@ impl<'s> Server<'s> {
                     .then(|| track(scene, &rest, &samples, i, template, &options))
             })
             .collect::<Result<_>>()?;
+        check_size(&tracks)?;
         let mut track_of = vec![None; scene.instances.len()];
         let mut still_chunks = Vec::new();
         let mut still_bounds = Vec::new();
@@ -696,21 +703,27 @@ struct Templates {
     of_instance: Vec<Option<Arc<Template>>>,
 }
 
-/// Places points once for every mesh and scale; instances that share both share their points.
-fn templates(scene: &Scene, rest: &Pose, pose: &Pose, options: &Options) -> Templates {
+/// Places points once for every mesh, scale and rest shape; instances that share all three share
+/// their points. Skins over one mesh may bind it at different sizes.
+fn templates(scene: &Scene, rest: &Pose, pose: &Pose, options: &Options) -> Result<Templates> {
     let mut kinds: Vec<(usize, Mat3, usize)> = Vec::new();
-    let mut kind_of: BTreeMap<(usize, [u32; 9]), usize> = BTreeMap::new();
+    let mut kinds_of: BTreeMap<(usize, [u32; 9]), Vec<usize>> = BTreeMap::new();
     let of_instance: Vec<Option<usize>> = (0..scene.instances.len())
         .map(|i| {
             let (_, scale) = grid::split(&pose.world_from_mesh[i])?;
             let mesh = scene.instances[i].mesh;
-            let key = (mesh, scale_key(scale));
-            Some(*kind_of.entry(key).or_insert_with(|| {
+            let alike = kinds_of.entry((mesh, scale_key(scale))).or_default();
+            let known = alike.iter().find(|&&k| same_shape(scene, rest, kinds[k].2, i));
+            Some(known.copied().unwrap_or_else(|| {
                 kinds.push((mesh, scale, i));
+                alike.push(kinds.len() - 1);
                 kinds.len() - 1
             }))
         })
         .collect();
+    let areas: Vec<f64> =
+        kinds.par_iter().map(|&(_, scale, instance)| area(scene, rest, instance, scale)).collect();
+    check_area(scene, of_instance.iter().flatten().map(|&k| areas[k]).sum(), options.density)?;
     let built: Vec<Arc<Template>> = kinds
         .par_iter()
         .enumerate()
@@ -724,10 +737,65 @@ fn templates(scene: &Scene, rest: &Pose, pose: &Pose, options: &Options) -> Temp
             Arc::new(Template { mesh, scale, chunks: Chunks::new(&positions), placement, positions })
         })
         .collect();
-    Templates { of_instance: of_instance.iter().map(|k| k.map(|k| built[k].clone())).collect() }
+    Ok(Templates { of_instance: of_instance.iter().map(|k| k.map(|k| built[k].clone())).collect() })
+}
+
+/// Whether two instances of one mesh have the same vertices at rest.
+fn same_shape(scene: &Scene, rest: &Pose, a: usize, b: usize) -> bool {
+    if rest.deformed[a].is_none() && rest.deformed[b].is_none() {
+        return true;
+    }
+    let (a, b) = (rest.shape(scene, a), rest.shape(scene, b));
+    let bounds = Aabb::of(a.iter().copied());
+    let tolerance = (bounds.max - bounds.min).length() * SAME_SHAPE;
+    a.iter().zip(b).all(|(a, b)| a.abs_diff_eq(*b, tolerance))
+}
+
+/// Refuses more surface than memory holds points for, before anything is placed.
+fn check_area(scene: &Scene, area: f64, density: Density) -> Result<()> {
+    let candidates = area * density.candidates as f64;
+    if candidates <= MAX_CANDIDATES {
+        return Ok(());
+    }
+    let mend = if area.is_finite() {
+        format!("; lower the density to at most {:.3e}", MAX_CANDIDATES / area)
+    } else {
+        String::new()
+    };
+    Err(Error::Invalid(format!(
+        "{}: {area:.3e} m2 of surface at {} candidates per m2 make more than {MAX_CANDIDATES} \
+         candidates{mend}",
+        scene.name, density.candidates
+    )))
+}
+
+/// Refuses a state that no decoder with the default limits would take.
+fn check_size(tracks: &[Track]) -> Result<()> {
+    let bytes: u64 = tracks
+        .iter()
+        .map(|t| {
+            let (buckets, cells) = (t.store.buckets().len(), t.store.cells().len());
+            // Each travels with its index.
+            (buckets * (4 + size_of::<Bucket>()) + cells * (4 + size_of::<Cell>())) as u64
+        })
+        .sum();
+    let allowed = u64::from(Limits::default().frame_bytes);
+    if bytes <= allowed {
+        return Ok(());
+    }
+    Err(Error::Invalid(format!(
+        "the points take {} MiB of buckets and cells, and decoders accept {} MiB a frame; lower \
+         the density",
+        bytes >> 20,
+        allowed >> 20
+    )))
 }
 
 /// Scales that differ by rounding alone are one scale.
 fn scale_key(scale: Mat3) -> [u32; 9] {
     scale.to_cols_array().map(|x| (((x * 4096.0).round() / 4096.0) + 0.0).to_bits())
 }
+
+#[cfg(test)]
+#[path = "server_tests.rs"]
+mod tests;

@@ -38,7 +38,8 @@ pub struct Job {
     pub frames: usize,
     /// Server frames a second.
     pub rate: TickRate,
-    /// Seconds into the animation at which the first frame lies.
+    /// Seconds into the animation at which the first frame lies: a whole number of ticks, for the
+    /// stream counts in them.
     pub start: f64,
     /// Frames between keyframes; 0 for none after the first.
     pub keyframe_interval: usize,

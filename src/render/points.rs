@@ -341,6 +341,7 @@ fn gather(gbuffer: &GBuffer, queries: &[Query], results: &[(f32, Case, u32)]) ->
 mod tests {
     use super::super::gpu;
     use super::*;
+    use crate::points::client::Dirty;
     use crate::points::sample::tests::{Random, WIDTHS, random_state};
     use dapple_codec::points::PointWidths;
     use glam::Vec3;

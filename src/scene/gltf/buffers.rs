@@ -1,6 +1,6 @@
 //! Where the file's bytes come from: the binary chunk, data URIs and files beside it.
 
-use super::{MAX_FILE_BYTES, Read};
+use super::{Read, check_file};
 use ::gltf::json;
 use std::borrow::Cow;
 use std::path::Path;
@@ -60,16 +60,10 @@ pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<
         ));
     };
     let path = folder.join(path);
-    let size = std::fs::metadata(&path)
-        .map_err(|e| format!("{what}: {}: {e}", path.display()))?
-        .len();
-    if size > MAX_FILE_BYTES {
-        return Err(format!(
-            "{what}: {} has {size} bytes; at most {MAX_FILE_BYTES} are read",
-            path.display()
-        ));
-    }
-    std::fs::read(&path).map_err(|e| format!("{what}: {}: {e}", path.display()))
+    let failed = |e: String| format!("{what}: {}: {e}", path.display());
+    let metadata = std::fs::metadata(&path).map_err(|e| failed(e.to_string()))?;
+    check_file(&metadata).map_err(failed)?;
+    std::fs::read(&path).map_err(|e| failed(e.to_string()))
 }
 
 fn percent_decode(text: &str) -> String {
@@ -131,6 +125,14 @@ mod tests {
         assert_eq!(decode_base64(b"TWE*"), None);
         assert_eq!(decode_base64(b"TWFuT"), None);
         assert_eq!(percent_decode("a%20b%2"), "a b%2");
+    }
+
+    #[test]
+    fn only_files_are_read() {
+        for uri in ["../../../../../../../../../../../dev/zero", "."] {
+            let error = resolve(uri, Some(Path::new("/tmp")), "buffer 0").unwrap_err();
+            assert!(error.contains("name a file") || error.contains("No such"), "{error}");
+        }
     }
 
     #[test]

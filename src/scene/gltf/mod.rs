@@ -58,13 +58,10 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
         path: path.to_owned(),
         source,
     };
-    let size = std::fs::metadata(path).map_err(io)?.len();
+    let metadata = std::fs::metadata(path).map_err(io)?;
     let name = path.display().to_string();
-    if size > MAX_FILE_BYTES {
-        return Err(Error::Scene {
-            name,
-            message: format!("the file has {size} bytes; at most {MAX_FILE_BYTES} are read"),
-        });
+    if let Err(message) = check_file(&metadata) {
+        return Err(Error::Scene { name, message });
     }
     let bytes = std::fs::read(path).map_err(io)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -73,6 +70,19 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
         scene.name = stem.to_string_lossy().into_owned();
     }
     Ok(scene)
+}
+
+/// Refuses what is not a file of a size that can be read; a device may never end.
+fn check_file(metadata: &std::fs::Metadata) -> Read<()> {
+    if !metadata.is_file() {
+        return Err("it is a folder or a device; name a file".to_owned());
+    }
+    match metadata.len() {
+        size if size > MAX_FILE_BYTES => Err(format!(
+            "the file has {size} bytes; at most {MAX_FILE_BYTES} are read"
+        )),
+        _ => Ok(()),
+    }
 }
 
 pub(super) fn from_bytes(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene> {
