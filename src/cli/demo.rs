@@ -263,7 +263,7 @@ fn page(
         rows: vec![
             row("frames", Value::Count(s.frames as u64)),
             row("bytes at start-up", Value::Count(s.bytes_startup)),
-            row("bytes of all other frames", Value::Count(s.bytes_steady)),
+            row("bytes of all other frames", Value::Count(s.bytes_steady + s.bytes_keyframes)),
             row("steady rate (Mbit/s)", Value::Number(s.mbps_steady, 3)),
             row("rate with the first keyframe (Mbit/s)", Value::Number(s.mbps_with_keyframes, 3)),
             row("buckets", Value::Count(s.buckets as u64)),

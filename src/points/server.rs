@@ -780,24 +780,27 @@ fn check_area(scene: &Scene, area: f64, density: Density) -> Result<()> {
 
 /// Refuses a state that no decoder with the default limits would take.
 fn check_size(tracks: &[Track]) -> Result<()> {
-    let bytes: u64 = tracks
-        .iter()
-        .map(|t| {
-            let (buckets, cells) = (t.store.buckets().len(), t.store.cells().len());
-            // Each travels with its index.
-            (buckets * (4 + size_of::<Bucket>()) + cells * (4 + size_of::<Cell>())) as u64
-        })
-        .sum();
-    let allowed = u64::from(Limits::default().frame_bytes);
-    if bytes <= allowed {
-        return Ok(());
+    let limits = Limits::default();
+    // A keyframe of one track is one record, in which everything travels with its index.
+    let size = |t: &Track| -> u64 {
+        let (buckets, cells) = (t.store.buckets().len(), t.store.cells().len());
+        (buckets * (4 + size_of::<Bucket>()) + cells * (4 + size_of::<Cell>())) as u64
+    };
+    let all: u64 = tracks.iter().map(size).sum();
+    let largest = tracks.iter().map(size).max().unwrap_or(0);
+    for (bytes, allowed, what) in [
+        (all, u64::from(limits.frame_bytes).min(limits.state_bytes), "all points take"),
+        (largest, u64::from(limits.unpacked_bytes.min(limits.stored_bytes)), "the points of one mesh take"),
+    ] {
+        if bytes > allowed {
+            return Err(Error::Invalid(format!(
+                "{what} {} MiB, and decoders accept {} MiB; lower the density",
+                bytes >> 20,
+                allowed >> 20
+            )));
+        }
     }
-    Err(Error::Invalid(format!(
-        "the points take {} MiB of buckets and cells, and decoders accept {} MiB a frame; lower \
-         the density",
-        bytes >> 20,
-        allowed >> 20
-    )))
+    Ok(())
 }
 
 /// Scales that differ by rounding alone are one scale.
