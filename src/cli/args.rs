@@ -115,9 +115,9 @@ pub struct ClientArgs {
     /// Milliseconds from a server frame to its use.
     #[arg(long, value_name = "MS", default_value = "0", value_parser = latency)]
     pub latency_ms: f64,
-    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or the nearest
-    /// point's.
-    #[arg(long, default_value = "nearest")]
+    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or `mend`:
+    /// filled from the points about it.
+    #[arg(long, default_value = "mend")]
     pub fallback: Fallback,
 }
 
@@ -152,7 +152,7 @@ pub enum Overflow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Fallback {
     One,
-    Nearest,
+    Mend,
 }
 
 /// Bits of a packed point.
@@ -349,7 +349,7 @@ fn size(text: &str) -> Parsed<(u32, u32)> {
     };
     text.split_once('x')
         .and_then(|(width, height)| side(width).zip(side(height)))
-        // With four samples a pixel, this many take about 2 GB.
+        // With four samples a pixel, this many take about 4 GB.
         .filter(|(width, height)| width * height <= 1 << 24)
         .ok_or_else(|| {
             format!(

@@ -119,11 +119,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             };
             let frame = renderer.frame(&pose, lookup, &camera, width, height)?;
             let points = renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
-            let c = points.counts;
-            let all = (c.found + c.mended + c.none + c.untracked).max(1) as f64;
             note = format!(
                 "; stream frame {number}, {:.3} % of fragments without a point in reach",
-                100.0 * (c.mended + c.none) as f64 / all
+                100.0 * points.counts.without_point()
             );
             (frame, points.ao)
         }
@@ -149,7 +147,7 @@ impl ClientArgs {
     pub fn fallback(&self) -> Fallback {
         match self.fallback {
             args::Fallback::One => Fallback::One,
-            args::Fallback::Nearest => Fallback::Mend,
+            args::Fallback::Mend => Fallback::Mend,
         }
     }
 }

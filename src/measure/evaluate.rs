@@ -81,7 +81,7 @@ pub struct Evaluation {
     pub scored_frames: usize,
     /// Share of fragments without a point in reach (Eq. 4 falls back to 1).
     pub without_point: f64,
-    /// Of these, the share that the fallback could do nothing for either.
+    /// Share of fragments that the fallback could do nothing for either.
     pub without_any: f64,
     /// AO of the last scored frame.
     #[serde(skip)]
@@ -129,10 +129,7 @@ pub fn evaluate(
             let looked_up =
                 renderer.gbuffer(&pose, lookup, &camera, gbuffer.width, gbuffer.height)?;
             let points = renderer.points_ao(&looked_up, &client.state(), playback.fallback)?;
-            counts.found += points.counts.found;
-            counts.mended += points.counts.mended;
-            counts.none += points.counts.none;
-            counts.untracked += points.counts.untracked;
+            counts.add(&points.counts);
             scores.push(reference.score(&points.ao)?);
             last_ao = points.ao;
         }
@@ -157,7 +154,6 @@ pub fn evaluate(
     client.push(&bytes)?;
     written(&bytes)?;
 
-    let all = (counts.found + counts.mended + counts.none).max(1) as f64;
     let mean = |of: fn(&Score) -> Difference| {
         metrics::mean(&scores.iter().map(of).collect::<Vec<_>>())
             .ok_or_else(|| crate::Error::Invalid("no frame was scored".into()))
@@ -168,8 +164,8 @@ pub fn evaluate(
         ao: mean(|s| s.ao)?,
         reference_noise: rms(references.iter().map(|r| r.noise)),
         scored_frames: scores.len(),
-        without_point: (counts.mended + counts.none) as f64 / all,
-        without_any: counts.none as f64 / all,
+        without_point: counts.without_point(),
+        without_any: counts.without_any(),
         last_ao,
     })
 }

@@ -41,7 +41,8 @@ pub struct Store {
     dirty_cells: Vec<u32>,
     bucket_is_dirty: Vec<bool>,
     cell_is_dirty: Vec<bool>,
-    /// Points that found no room in a cell or bucket, or lie outside the grid.
+    /// Times that a point found no room in a cell or bucket, or lay outside the grid: one that
+    /// is traced again and again counts each time.
     pub dropped_points: u64,
     /// Cells that found no room in their bucket or in the track.
     pub dropped_cells: u64,

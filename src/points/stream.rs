@@ -62,6 +62,7 @@ pub struct Report {
     pub radius: f32,
     pub cells: usize,
     pub buckets: usize,
+    /// Times that a point was due and found no room, the start-up frame included.
     pub dropped_points: u64,
     pub dropped_cells: u64,
     /// Points sent again, summed over the frames after the first.

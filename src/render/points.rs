@@ -23,6 +23,30 @@ pub struct Counts {
     pub untracked: u64,
 }
 
+impl Counts {
+    /// Adds another picture's fragments.
+    pub fn add(&mut self, other: &Counts) {
+        self.found += other.found;
+        self.mended += other.mended;
+        self.none += other.none;
+        self.untracked += other.untracked;
+    }
+
+    /// Share of the fragments with a track that have no point within reach.
+    pub fn without_point(&self) -> f64 {
+        (self.mended + self.none) as f64 / self.tracked()
+    }
+
+    /// Share of the fragments with a track that even the fallback could do nothing for.
+    pub fn without_any(&self) -> f64 {
+        self.none as f64 / self.tracked()
+    }
+
+    fn tracked(&self) -> f64 {
+        (self.found + self.mended + self.none).max(1) as f64
+    }
+}
+
 /// AO per pixel and how it was come by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointsAo {
