@@ -41,7 +41,8 @@ pub fn lay(extent: Extent, scale: Mat3, radius: f32, widths: PointWidths) -> Opt
     // Half a cell of margin keeps points that animation or rounding moves a little inside.
     let origin = extent.min - Vec3::splat(0.5 * cell_edge);
     let cells = ((extent.max - origin) / cell_edge + 0.5).ceil().max(Vec3::ONE);
-    if !(cells.max_element() <= u16::MAX as f32)
+    if cells.is_nan()
+        || cells.max_element() > u16::MAX as f32
         || cells.x as f64 * cells.y as f64 * cells.z as f64 >= u32::MAX as f64
     {
         return None;
@@ -69,7 +70,7 @@ pub fn cell_at(grid: &Grid, position: Vec3) -> Option<[u32; 3]> {
         && c.x < grid.dims[0] as f32
         && c.y < grid.dims[1] as f32
         && c.z < grid.dims[2] as f32;
-    inside.then(|| [c.x as u32, c.y as u32, c.z as u32])
+    inside.then_some([c.x as u32, c.y as u32, c.z as u32])
 }
 
 /// Finds a bucket count for which no bucket overflows at any of the given occupancies.
@@ -111,7 +112,7 @@ pub fn search_bucket_count(
         tries += 1;
         // Small steps first, then growing ones: a collapse is cured by any odd count, a crowded
         // table only by a larger one.
-        count += 2 + (paper / 64 & !1) * (tries / 16);
+        count += 2 + ((paper / 64) & !1) * (tries / 16);
     }
     best.1
 }
@@ -172,7 +173,7 @@ mod tests {
             load.iter().map(|l| l.saturating_sub(8)).sum::<u32>()
         };
         assert!(overflow(2048) > 4096 * 8 / 10, "the trap is gone: {}", overflow(2048));
-        let found = search_bucket_count(&grid, &[floor.clone()], 0);
+        let found = search_bucket_count(&grid, std::slice::from_ref(&floor), 0);
         assert_eq!(overflow(found), 0, "{found} buckets");
         assert!(found < 2 * 2048);
     }
