@@ -351,16 +351,25 @@ mod only_what_movers_reach_is_traced {
         tiny.place("floor", floor(1.0), far);
         let lid = tiny.place("lid", cuboid(Vec3::new(2.0, 0.5, 2.0)), far);
         let at = |gap: f32| far + Vec3::Y * (0.5 + gap);
-        tiny.slide(lid, Interpolation::Step, &[(0.0, at(5.0)), (1.0, at(0.6003))]);
-        let options = Options { rays: 64, ..exact(512.0) };
+        // It comes to ever larger gaps, and goes away in between.
+        let gaps: Vec<f32> = (1..8).map(|k| 0.6 + k as f32 * 1e-4).collect();
+        let mut keys = vec![(0.0, at(5.0))];
+        for (k, gap) in gaps.iter().enumerate() {
+            keys.extend([(2.0 * k as f32 + 1.0, at(*gap)), (2.0 * k as f32 + 2.0, at(5.0))]);
+        }
+        tiny.0.duration = 2.0 * gaps.len() as f32 + 1.0;
+        tiny.slide(lid, Interpolation::Step, &keys);
+        let options = Options { rays: 64, ..exact(1024.0) };
         let mut server = Server::new(&tiny.0, options, 0.0).expect("a server");
         server.start(&mut |_, _| {});
-        server.tick(1.5, None);
-        let fresh = afresh(&server);
-        assert_eq!(differing(&server, &fresh), []);
-        // The test's point: some ray does reach the lid.
-        let open = 255;
-        let shaded = state(&fresh)[0].values().flatten().filter(|w| *w & 255 != open).count();
+        let mut shaded = 0;
+        for (k, gap) in gaps.iter().enumerate() {
+            server.tick(2.0 * k as f64 + 1.5, None);
+            let fresh = afresh(&server);
+            assert_eq!(differing(&server, &fresh), [], "at a gap of {gap} m");
+            shaded += state(&fresh)[0].values().flatten().filter(|w| *w & 255 != 255).count();
+            server.tick(2.0 * k as f64 + 2.5, None);
+        }
         assert!(shaded > 0, "no ray reaches the lid");
     }
 
