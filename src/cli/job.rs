@@ -76,7 +76,8 @@ impl EncodeArgs {
             view: view.view(scene)?,
             frames: self.frames.map_or(whole, |f| f as usize),
             rate,
-            start: view.seconds(self.fps),
+            // Frames lie on ticks: a stream can say no other time.
+            start: (view.seconds(self.fps) * self.fps.hz()).round() / self.fps.hz(),
             keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
             compression: self.compression,
         })
