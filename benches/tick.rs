@@ -32,7 +32,12 @@ fn main() {
     let (mut density, mut ticks) = (256.0f32, 60usize);
     let mut arguments = std::env::args().skip(1).filter(|a| a != "--bench");
     while let Some(argument) = arguments.next() {
-        let mut value = || arguments.next().and_then(|a| a.parse::<f64>().ok()).filter(|v| *v >= 1.0);
+        let mut value = || {
+            arguments
+                .next()
+                .and_then(|a| a.parse::<f64>().ok())
+                .filter(|v| *v >= 1.0)
+        };
         match argument.as_str() {
             "--density" => density = value().expect("--density takes a number from 1 up") as f32,
             "--ticks" => ticks = value().expect("--ticks takes a number from 1 up") as usize,
@@ -41,7 +46,10 @@ fn main() {
     }
     let scene = load(file);
     let options = Options {
-        density: Density { candidates: density, thinning: 2.0 },
+        density: Density {
+            candidates: density,
+            thinning: 2.0,
+        },
         visibility: false,
         ..Options::default()
     };
@@ -58,7 +66,8 @@ fn main() {
 
 fn load(file: Option<PathBuf>) -> Scene {
     let shared = std::env::var_os("DAPPLE_SCENES").map(PathBuf::from);
-    let shared = shared.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"));
+    let shared = shared
+        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"));
     let path = file.unwrap_or_else(|| shared.join("sponza_boulders.glb"));
     if path.exists() {
         return Scene::load(&path).unwrap_or_else(|e| panic!("{e}"));
@@ -77,20 +86,33 @@ fn still(scene: &Scene, options: Options) {
         false => View::Camera(0),
     };
     let job = Job {
-        options: Options { visibility: true, density: Density { candidates: 16.0, thinning: 2.0 }, ..options },
+        options: Options {
+            visibility: true,
+            density: Density {
+                candidates: 16.0,
+                thinning: 2.0,
+            },
+            ..options
+        },
         view,
         frames: TICKS + 2,
         rate: TickRate::default(),
         start: 0.0,
         keyframe_interval: 0,
-        compression: Compression::Zstd { level: 15, lazy: true },
+        compression: Compression::Zstd {
+            level: 15,
+            lazy: true,
+        },
     };
     let mut bytes = Vec::new();
     let mut stream = Stream::start(&frozen, job, &mut bytes, &mut |_, _| {}).expect("a stream");
     let (mut rays, before, mut times) = (0, bytes.len(), Vec::new());
     for _ in 0..TICKS {
         let clock = Instant::now();
-        let tick = stream.next_frame(&mut bytes).expect("a frame").expect("not the last");
+        let tick = stream
+            .next_frame(&mut bytes)
+            .expect("a frame")
+            .expect("not the last");
         times.push(clock.elapsed());
         rays += tick.rays;
     }
@@ -114,7 +136,12 @@ impl<'s> Run<'s> {
         let mut server = Server::new(scene, options, 0.0).expect("a server");
         server.start(&mut |_, _| {});
         let points = server.tracks().iter().map(|t| t.points()).sum();
-        Run { name, server, points, ticks: Vec::new() }
+        Run {
+            name,
+            server,
+            points,
+            ticks: Vec::new(),
+        }
     }
 
     fn tick(&mut self, time: f64) {
@@ -152,7 +179,9 @@ fn doubled(scene: &Scene, options: Options, ticks: usize) {
     }
 
     println!("medians of {ticks} ticks, ms");
-    println!("             instances     points   traced    pose  update  select   trace   store    tick");
+    println!(
+        "             instances     points   traced    pose  update  select   trace   store    tick"
+    );
     for run in &runs {
         let mut traced: Vec<usize> = run.ticks.iter().map(|(_, t)| t.traced_points).collect();
         traced.sort_unstable();
@@ -171,12 +200,28 @@ fn doubled(scene: &Scene, options: Options, ticks: usize) {
         );
     }
     let total = |run: &Run| run.median(|(time, _)| *time);
-    let same = runs[0].ticks.iter().zip(&runs[2].ticks).all(|(a, b)| a.1.traced_points == b.1.traced_points);
+    let same = runs[0]
+        .ticks
+        .iter()
+        .zip(&runs[2].ticks)
+        .all(|(a, b)| a.1.traced_points == b.1.traced_points);
+    // Pairs of the same tick: what slows the machine down for a while slows both.
+    let paired = |run: &Run| {
+        let pairs = run.ticks.iter().zip(&runs[0].ticks);
+        let mut ratios: Vec<f64> = pairs
+            .map(|(a, b)| a.0.as_secs_f64() / b.0.as_secs_f64())
+            .collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        ratios[ratios.len() / 2]
+    };
+    println!("\nratio to scene  of medians  median of pairs   (bound {BOUND})");
+    for run in &runs[1..] {
+        let of_medians = total(run) / total(&runs[0]);
+        println!("{:14}  {of_medians:10.3}  {:15.3}", run.name, paired(run));
+    }
     println!(
-        "\ndoubled / scene: {:.3} (bound {BOUND}); scene again / scene: {:.3}; the same number of points traced: {}",
-        total(&runs[2]) / total(&runs[0]),
-        total(&runs[1]) / total(&runs[0]),
-        if same { "yes" } else { "no" },
+        "the same number of points traced: {}",
+        if same { "yes" } else { "no" }
     );
 }
 
@@ -189,7 +234,9 @@ fn with_a_copy(scene: &Scene) -> Scene {
     let mut large = scene.clone();
     large.name += " doubled";
     for (i, instance) in scene.instances.iter().enumerate() {
-        let moves = scene.is_moving_instance(i) || scene.is_deforming_instance(i) || scene.is_deformed_instance(i);
+        let moves = scene.is_moving_instance(i)
+            || scene.is_deforming_instance(i)
+            || scene.is_deformed_instance(i);
         if moves {
             continue;
         }

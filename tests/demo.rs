@@ -43,7 +43,12 @@ fn text(bytes: &[u8]) -> String {
 /// Runs the program, which must succeed in silence on stderr; returns its stdout.
 fn succeeds(folder: &Path, line: &str) -> String {
     let output = dapple(folder, line);
-    assert_eq!(output.status.code(), Some(0), "{line}: {}", text(&output.stderr));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{line}: {}",
+        text(&output.stderr)
+    );
     assert!(output.stderr.is_empty(), "{line}: {}", text(&output.stderr));
     text(&output.stdout)
 }
@@ -59,9 +64,15 @@ fn refuses(folder: &Path, line: &str, names: &[&str]) {
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{line}: {stderr}");
     assert!(output.stdout.is_empty(), "{line}: {}", text(&output.stdout));
-    assert!(stderr.starts_with("dapple: ") && stderr.lines().count() == 1, "{line}: {stderr}");
+    assert!(
+        stderr.starts_with("dapple: ") && stderr.lines().count() == 1,
+        "{line}: {stderr}"
+    );
     for name in names {
-        assert!(stderr.contains(name), "{line}: '{stderr}' does not name {name}");
+        assert!(
+            stderr.contains(name),
+            "{line}: '{stderr}' does not name {name}"
+        );
     }
     assert!(!stderr.contains("panicked"), "{line}: {stderr}");
 }
@@ -84,7 +95,12 @@ fn write_box(path: &Path, animated: bool) {
         positions.extend(corners);
         indices.extend([0, 1, 2, 0, 2, 3].map(|i| first + i));
     };
-    quad([[-2.0, 0.0, -2.0], [-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0]]);
+    quad([
+        [-2.0, 0.0, -2.0],
+        [-2.0, 0.0, 2.0],
+        [2.0, 0.0, 2.0],
+        [2.0, 0.0, -2.0],
+    ]);
     for axis in 0..3 {
         for sign in [-1.0f32, 1.0] {
             let corner = |u: f32, v: f32| {
@@ -94,10 +110,19 @@ fn write_box(path: &Path, animated: bool) {
                 p[(axis + 2) % 3] = 0.5 * v * sign;
                 p
             };
-            quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+            quad([
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ]);
         }
     }
-    let mut bytes: Vec<u8> = positions.as_flattened().iter().flat_map(|f| f.to_le_bytes()).collect();
+    let mut bytes: Vec<u8> = positions
+        .as_flattened()
+        .iter()
+        .flat_map(|f| f.to_le_bytes())
+        .collect();
     let position_bytes = bytes.len();
     bytes.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
     let keys = bytes.len();
@@ -138,7 +163,10 @@ fn write_box(path: &Path, animated: bool) {
     });
     if !animated {
         // glTF allows no empty list.
-        document.as_object_mut().expect("an object").remove("animations");
+        document
+            .as_object_mut()
+            .expect("an object")
+            .remove("animations");
     }
     std::fs::write(path.with_file_name("box.bin"), bytes).expect("written");
     std::fs::write(path, document.to_string()).expect("written");
@@ -148,15 +176,35 @@ fn write_box(path: &Path, animated: bool) {
 fn demo_writes_stream_pictures_page_and_figures() {
     let folder = folder();
     let at = folder.path();
-    let out = succeeds(at, "demo --out made/here --density 16 --rays 16 --frames 4 --size 96x54");
-    assert!(out.contains("PSNR") && out.contains("Mbit/s") && out.contains("drawn by"), "{out}");
+    let out = succeeds(
+        at,
+        "demo --out made/here --density 16 --rays 16 --frames 4 --size 96x54",
+    );
+    assert!(
+        out.contains("PSNR") && out.contains("Mbit/s") && out.contains("drawn by"),
+        "{out}"
+    );
     let made = at.join("made/here");
-    for name in ["points", "rtao", "points_ao", "rtao_ao", "difference", "no_ao"] {
+    for name in [
+        "points",
+        "rtao",
+        "points_ao",
+        "rtao_ao",
+        "difference",
+        "no_ao",
+    ] {
         let picture = picture(&made, &format!("{name}.png"));
         assert_eq!((picture.width, picture.height), (96, 54), "{name}");
     }
     let page = std::fs::read_to_string(made.join("index.html")).expect("a page");
-    for name in ["points.png", "rtao.png", "difference.png", "PSNR", "FLIP", "Mbit/s"] {
+    for name in [
+        "points.png",
+        "rtao.png",
+        "difference.png",
+        "PSNR",
+        "FLIP",
+        "Mbit/s",
+    ] {
         assert!(page.contains(name), "the page has no {name}");
     }
 
@@ -167,22 +215,37 @@ fn demo_writes_stream_pictures_page_and_figures() {
     for name in FIGURES {
         assert!(!stream[name].is_null(), "report.json has no {name}");
     }
-    assert_eq!((&stream["frames"], &stream["scene"]), (&4.into(), &"hall".into()));
+    assert_eq!(
+        (&stream["frames"], &stream["scene"]),
+        (&4.into(), &"hall".into())
+    );
     let psnr = report["picture"]["psnr"].as_f64().expect("PSNR");
     assert!((15.0..60.0).contains(&psnr), "{psnr} dB");
-    assert!(report["picture"]["flip"].as_f64().is_some_and(|f| f > 0.0 && f < 0.5));
+    assert!(
+        report["picture"]["flip"]
+            .as_f64()
+            .is_some_and(|f| f > 0.0 && f < 0.5)
+    );
 
     // What it scored is what it shows.
     let compared = json(&made, "compare points.png rtao.png --json");
-    assert!((compared["psnr"].as_f64().expect("PSNR") - psnr).abs() < 0.2, "{compared}");
+    assert!(
+        (compared["psnr"].as_f64().expect("PSNR") - psnr).abs() < 0.2,
+        "{compared}"
+    );
     let checked = json(&made, "validate stream.dapple --json");
     assert_eq!(checked, serde_json::json!({"valid": true, "frames": 4}));
-    let bytes = std::fs::metadata(made.join("stream.dapple")).expect("a stream").len();
+    let bytes = std::fs::metadata(made.join("stream.dapple"))
+        .expect("a stream")
+        .len();
     let counted: u64 = ["bytes_startup", "bytes_steady", "bytes_keyframes"]
         .iter()
         .map(|name| stream[name].as_u64().unwrap_or(0))
         .sum();
-    assert!(bytes > counted && bytes < counted + 100, "{bytes} in the file, {counted} in the report");
+    assert!(
+        bytes > counted && bytes < counted + 100,
+        "{bytes} in the file, {counted} in the report"
+    );
 }
 
 #[test]
@@ -197,12 +260,18 @@ fn from_a_scene_to_a_compared_picture() {
     for name in FIGURES {
         assert!(!figures[name].is_null(), "no {name} in {figures}");
     }
-    assert_eq!((&figures["seed"], &figures["fps"]), (&5.into(), &30.0.into()));
+    assert_eq!(
+        (&figures["seed"], &figures["fps"]),
+        (&5.into(), &30.0.into())
+    );
     assert!(!at.join("hall.dapple.part").exists());
 
     assert_eq!(json(at, "validate hall.dapple --json")["frames"], 8);
     let inspected = json(at, "inspect hall.dapple --json");
-    assert_eq!((&inspected["frames"], &inspected["keyframes"]), (&8.into(), &3.into()));
+    assert_eq!(
+        (&inspected["frames"], &inspected["keyframes"]),
+        (&8.into(), &3.into())
+    );
     assert_eq!(inspected["bytes_startup"], figures["bytes_startup"]);
     let dump = succeeds(at, "decode hall.dapple --dump");
     assert_eq!(dump.matches("\nframe ").count(), 8);
@@ -211,17 +280,31 @@ fn from_a_scene_to_a_compared_picture() {
     let view = "--scene hall --size 64x36 --frame 7 --fps 30 --backend cpu";
     let shown = succeeds(at, &format!("render hall.dapple {view} -o a.png"));
     assert!(shown.contains("stream frame 7"), "{shown}");
-    succeeds(at, &format!("render --method rtao --rays 64 {view} -o rtao.png"));
+    succeeds(
+        at,
+        &format!("render --method rtao --rays 64 {view} -o rtao.png"),
+    );
     succeeds(at, &format!("render --method none {view} -o none.png"));
-    let psnr = |name: &str| json(at, &format!("compare {name} rtao.png --json"))["psnr"].as_f64().expect("PSNR");
-    assert!(psnr("a.png") > psnr("none.png") + 1.0, "{} against {}", psnr("a.png"), psnr("none.png"));
+    let psnr = |name: &str| {
+        json(at, &format!("compare {name} rtao.png --json"))["psnr"]
+            .as_f64()
+            .expect("PSNR")
+    };
+    assert!(
+        psnr("a.png") > psnr("none.png") + 1.0,
+        "{} against {}",
+        psnr("a.png"),
+        psnr("none.png")
+    );
 
     // The same bytes again, and the same picture.
     succeeds(
         at,
         "encode hall -o again.dapple --density 16 --rays 16 --frames 8 --fps 30 --seed 5 --keyframe-interval 3",
     );
-    assert!(std::fs::read(at.join("hall.dapple")).ok() == std::fs::read(at.join("again.dapple")).ok());
+    assert!(
+        std::fs::read(at.join("hall.dapple")).ok() == std::fs::read(at.join("again.dapple")).ok()
+    );
     succeeds(at, &format!("render again.dapple {view} -o b.png"));
     assert!(std::fs::read(at.join("a.png")).ok() == std::fs::read(at.join("b.png")).ok());
 }
@@ -231,7 +314,10 @@ fn the_client_shows_the_frame_that_has_arrived() {
     let folder = folder();
     let at = folder.path();
     write_box(&at.join("box.gltf"), true);
-    succeeds(at, "encode box.gltf -o box.dapple --density 16 --rays 16 --frames 31");
+    succeeds(
+        at,
+        "encode box.gltf -o box.dapple --density 16 --rays 16 --frames 31",
+    );
     // At 15 Hz frames 0, 4, 8 ... of 60 arrive; 100 ms are six frames.
     for (options, frame) in [
         ("--frame 20", 20),
@@ -246,9 +332,14 @@ fn the_client_shows_the_frame_that_has_arrived() {
         ("--frame 3 --server-fps 15 --latency-ms 100", 0),
         ("--frame 29 --server-fps 5 --latency-ms 0", 24),
     ] {
-        let line = format!("render box.dapple --scene box.gltf --size 16x9 --backend cpu {options} -o a.png");
+        let line = format!(
+            "render box.dapple --scene box.gltf --size 16x9 --backend cpu {options} -o a.png"
+        );
         let shown = succeeds(at, &line);
-        assert!(shown.contains(&format!("stream frame {frame},")), "{options}: {shown}");
+        assert!(
+            shown.contains(&format!("stream frame {frame},")),
+            "{options}: {shown}"
+        );
     }
 }
 
@@ -257,14 +348,27 @@ fn a_stream_may_start_at_any_time() {
     let folder = folder();
     let at = folder.path();
     write_box(&at.join("box.gltf"), true);
-    succeeds(at, "encode box.gltf -o box.dapple --density 16 --rays 16 --frames 5 --time 0.5");
+    succeeds(
+        at,
+        "encode box.gltf -o box.dapple --density 16 --rays 16 --frames 5 --time 0.5",
+    );
     // Between two ticks it starts at the nearer one.
-    succeeds(at, "encode box.gltf -o between.dapple --density 16 --rays 16 --frames 5 --time 0.495");
-    assert!(std::fs::read(at.join("box.dapple")).ok() == std::fs::read(at.join("between.dapple")).ok());
+    succeeds(
+        at,
+        "encode box.gltf -o between.dapple --density 16 --rays 16 --frames 5 --time 0.495",
+    );
+    assert!(
+        std::fs::read(at.join("box.dapple")).ok() == std::fs::read(at.join("between.dapple")).ok()
+    );
     for (frame, shown) in [(30, 0), (33, 3), (0, 0)] {
-        let line = format!("render box.dapple --scene box.gltf --size 16x9 --backend cpu --frame {frame} -o a.png");
+        let line = format!(
+            "render box.dapple --scene box.gltf --size 16x9 --backend cpu --frame {frame} -o a.png"
+        );
         let out = succeeds(at, &line);
-        assert!(out.contains(&format!("stream frame {shown},")), "{frame}: {out}");
+        assert!(
+            out.contains(&format!("stream frame {shown},")),
+            "{frame}: {out}"
+        );
     }
 }
 
@@ -274,20 +378,36 @@ fn a_scene_without_cameras_is_framed_and_eye_and_target_override() {
     let at = folder.path();
     write_box(&at.join("box.gltf"), false);
     // Nothing moves: one frame.
-    let figures = json(at, "encode box.gltf -o box.dapple --density 64 --rays 32 --json");
-    assert_eq!((&figures["frames"], &figures["scene"]), (&1.into(), &"box".into()));
+    let figures = json(
+        at,
+        "encode box.gltf -o box.dapple --density 64 --rays 32 --json",
+    );
+    assert_eq!(
+        (&figures["frames"], &figures["scene"]),
+        (&1.into(), &"box".into())
+    );
     let render = |options: &str, name: &str| {
-        let line = format!("render box.dapple --scene box.gltf --size 64x36 --backend cpu {options} -o {name}");
+        let line = format!(
+            "render box.dapple --scene box.gltf --size 64x36 --backend cpu {options} -o {name}"
+        );
         succeeds(at, &line);
         picture(at, name)
     };
     let framed = render("", "framed.png");
     let different: std::collections::BTreeSet<_> = framed.rgb.iter().collect();
-    assert!(different.len() > 50, "the picture is empty: {} colours", different.len());
+    assert!(
+        different.len() > 50,
+        "the picture is empty: {} colours",
+        different.len()
+    );
     // A floor from straight above fills the picture with one material; from below there is sky.
     let eye = render("--eye 0,1.6,0.01 --target 0,0,0", "eye.png");
     assert!(eye.rgb != framed.rgb);
-    refuses(at, "render box.dapple --scene box.gltf --camera main -o a.png", &["box", "no cameras"]);
+    refuses(
+        at,
+        "render box.dapple --scene box.gltf --camera main -o a.png",
+        &["box", "no cameras"],
+    );
 }
 
 #[test]
@@ -305,12 +425,25 @@ fn bad_input_is_one_sentence_that_names_the_file() {
     write("bent.dapple", &bent);
     write("text.dapple", b"this is no stream, and never was one");
 
-    let render = |stream: &str, scene: &str| format!("render {stream} --scene {scene} --size 16x9 --backend cpu -o a.png");
-    for stream in ["missing.dapple", "cut.dapple", "empty.dapple", "bent.dapple", "text.dapple", "."] {
+    let render = |stream: &str, scene: &str| {
+        format!("render {stream} --scene {scene} --size 16x9 --backend cpu -o a.png")
+    };
+    for stream in [
+        "missing.dapple",
+        "cut.dapple",
+        "empty.dapple",
+        "bent.dapple",
+        "text.dapple",
+        ".",
+    ] {
         refuses(at, &render(stream, "box.gltf"), &[stream]);
     }
     // A stream of another scene.
-    refuses(at, &render("box.dapple", "hall"), &["box.dapple", "another scene"]);
+    refuses(
+        at,
+        &render("box.dapple", "hall"),
+        &["box.dapple", "another scene"],
+    );
     refuses(at, "render --scene box.gltf -o a.png", &["stream"]);
     assert!(!at.join("a.png").exists());
 
@@ -325,7 +458,10 @@ fn bad_input_is_one_sentence_that_names_the_file() {
     let left: Vec<PathBuf> = std::fs::read_dir(at)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").path())
-        .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('x')))
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with('x'))
+        })
         .collect();
     assert!(left.is_empty(), "left behind: {left:?}");
 }
@@ -338,14 +474,38 @@ fn where_nothing_can_be_written_it_says_so() {
     let small = "--density 16 --rays 16 --size 16x9";
     // A file stands where the folder should go: nobody may write there, root neither.
     std::fs::write(at.join("taken"), b"").expect("written");
-    refuses(at, &format!("demo box.gltf --out taken {small}"), &["taken"]);
-    refuses(at, &format!("demo box.gltf --out taken/below {small}"), &["taken"]);
-    refuses(at, "encode box.gltf -o taken/a.dapple --density 16 --rays 16", &["taken"]);
-    refuses(at, "encode box.gltf -o missing/a.dapple --density 16 --rays 16", &["missing"]);
+    refuses(
+        at,
+        &format!("demo box.gltf --out taken {small}"),
+        &["taken"],
+    );
+    refuses(
+        at,
+        &format!("demo box.gltf --out taken/below {small}"),
+        &["taken"],
+    );
+    refuses(
+        at,
+        "encode box.gltf -o taken/a.dapple --density 16 --rays 16",
+        &["taken"],
+    );
+    refuses(
+        at,
+        "encode box.gltf -o missing/a.dapple --density 16 --rays 16",
+        &["missing"],
+    );
     std::fs::create_dir(at.join("folder")).expect("a folder");
-    refuses(at, "encode box.gltf -o folder --density 16 --rays 16", &["folder"]);
+    refuses(
+        at,
+        "encode box.gltf -o folder --density 16 --rays 16",
+        &["folder"],
+    );
     assert!(!at.join("folder.part").exists());
-    refuses(at, "render --method none --scene box.gltf --size 16x9 --backend cpu -o taken/a.png", &["taken"]);
+    refuses(
+        at,
+        "render --method none --scene box.gltf --size 16x9 --backend cpu -o taken/a.png",
+        &["taken"],
+    );
 }
 
 #[test]
@@ -365,7 +525,10 @@ fn bad_usage_exits_with_2() {
     ] {
         let output = dapple(at, line);
         assert_eq!(output.status.code(), Some(2), "{line}");
-        assert!(output.stdout.is_empty() && !output.stderr.is_empty(), "{line}");
+        assert!(
+            output.stdout.is_empty() && !output.stderr.is_empty(),
+            "{line}"
+        );
     }
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), 0);
 }
