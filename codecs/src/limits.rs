@@ -8,11 +8,12 @@
 /// serves. Each buffer grows to what was needed and is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one record's payload as stored. Default 64 MiB.
+    /// Bytes of one record's payload as stored. Default 256 MiB.
     pub stored_bytes: u32,
-    /// Bytes of one record's payload unpacked. Default 64 MiB.
+    /// Bytes of one record's payload unpacked. Default 256 MiB: a keyframe of one
+    /// track is one record, and a mesh of a few million points needs that much.
     pub unpacked_bytes: u32,
-    /// Unpacked bytes of all model records of one frame. Default 128 MiB.
+    /// Unpacked bytes of all model records of one frame. Default 512 MiB.
     pub frame_bytes: u32,
     /// Window of a zstd frame. Default 8 MiB, which RFC 8878 asks every decoder to support.
     pub zstd_window_bytes: u32,
@@ -27,9 +28,9 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Limits {
-            stored_bytes: 64 << 20,
-            unpacked_bytes: 64 << 20,
-            frame_bytes: 128 << 20,
+            stored_bytes: 256 << 20,
+            unpacked_bytes: 256 << 20,
+            frame_bytes: 512 << 20,
             zstd_window_bytes: 8 << 20,
             tracks: 65_536,
             path_bytes: 1024,

@@ -46,8 +46,8 @@ fn allocations() {
     let (bytes, _) = stream(Compression::None, false);
     let starts = records(&bytes);
     let claim = with_header(&bytes[..starts[1] + 32], starts[1], |h| {
-        h.stored_bytes = 64 << 20;
-        h.unpacked_bytes = 64 << 20;
+        h.stored_bytes = 256 << 20;
+        h.unpacked_bytes = 256 << 20;
     });
     let peak = peak_of(|| {
         let mut decoder = Decoder::new(Limits::default());

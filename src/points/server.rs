@@ -208,6 +208,7 @@ pub struct Server<'s> {
     still_tree: Arc<AabbTree>,
     /// Where the round-robin goes on.
     cursor: (usize, u32),
+    placing_time: Duration,
 }
 
 /// A point as the tracing stage sees it.
@@ -223,6 +224,7 @@ impl<'s> Server<'s> {
     /// Places all points and lays out grids and hashes; traces nothing yet. The scene starts at
     /// `time` seconds.
     pub fn new(scene: &'s Scene, options: Options, time: f64) -> Result<Self> {
+        let clock = Instant::now();
         let rest = scene.rest_pose();
         let pose = scene.pose(time);
         let tracer = Tracer::new(scene, &pose);
@@ -266,7 +268,13 @@ impl<'s> Server<'s> {
             still_chunks: Arc::new(still_chunks),
             still_tree: Arc::new(AabbTree::new(&still_bounds)),
             cursor: (0, 0),
+            placing_time: clock.elapsed(),
         })
+    }
+
+    /// How long points, grids and acceleration structures took.
+    pub fn placing_time(&self) -> Duration {
+        self.placing_time
     }
 
     pub fn scene(&self) -> &'s Scene {
@@ -285,6 +293,7 @@ impl<'s> Server<'s> {
             still_chunks: self.still_chunks.clone(),
             still_tree: self.still_tree.clone(),
             cursor: self.cursor,
+            placing_time: self.placing_time,
         }
     }
 

@@ -84,7 +84,9 @@ pub struct Report {
     /// Frames between keyframes; 0 when only the first is one.
     pub keyframe_interval: usize,
     pub stage_ms: StageMs,
-    /// Seconds for placing, grids and the first trace of every point.
+    /// Seconds for placing points, grids and acceleration structures.
+    pub placing_s: f64,
+    /// Seconds for that and for the first trace of every point.
     pub startup_s: f64,
 }
 
@@ -201,6 +203,7 @@ impl<'s> Stream<'s> {
                 buckets: tracks.iter().map(|t| t.store.buckets().len()).sum(),
                 rays_startup: startup.rays,
                 keyframe_interval: job.keyframe_interval,
+                placing_s: server.placing_time().as_secs_f64(),
                 startup_s: startup_time.as_secs_f64(),
                 ..Report::default()
             },
