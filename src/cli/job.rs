@@ -85,7 +85,7 @@ impl EncodeArgs {
             view: view.view(scene)?,
             frames: self.frames.map_or(whole as usize, |f| f as usize),
             rate,
-            // Frames lie on the clock that the stream counts in.
+            // Frames lie on ticks: a stream can say no other time.
             start: (view.seconds(self.fps) * self.fps.hz()).round() / self.fps.hz(),
             keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
             compression: self.compression,

@@ -1,7 +1,7 @@
 //! `dapple render`: one picture of a scene, lit by a stream or by a reference.
 
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
-use super::output;
+use super::{output, stream};
 use crate::codec::Limits;
 use crate::measure::reference::{RAYS, rtao};
 use crate::points::client::Client;
@@ -156,13 +156,18 @@ impl ClientArgs {
 /// case.
 fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<Client> {
     let io = |source| Error::Io { path: path.into(), source };
+    let named = |error| match error {
+        Error::Codec(fault) => stream::error(path, &fault),
+        Error::Invalid(message) => Error::Invalid(format!("{}: {message}", path.display())),
+        other => other,
+    };
     let mut file = std::fs::File::open(path).map_err(io)?;
     let mut client = Client::new(scene, Limits::default());
     let mut buffer = vec![0; 1 << 16];
     loop {
         let read = file.read(&mut buffer).map_err(io)?;
         if read == 0 {
-            client.decoder().finish_live().map_err(|e| super::stream::error(path, &e))?;
+            client.decoder().finish_live().map_err(|fault| stream::error(path, &fault))?;
             return Ok(client);
         }
         let mut bytes = &buffer[..read];
@@ -175,10 +180,7 @@ fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<
                     return Ok(client);
                 }
             }
-            let (used, _) = client.push_until(bytes, next).map_err(|error| match error {
-                Error::Codec(fault) => super::stream::error(path, &fault),
-                other => other,
-            })?;
+            let (used, _) = client.push_until(bytes, next).map_err(named)?;
             bytes = &bytes[used..];
         }
         if client.ended() {

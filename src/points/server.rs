@@ -11,6 +11,7 @@ use super::store::{Overflow, Store};
 use crate::codec::Limits;
 use crate::codec::points::{Bucket, Cell, PointWidths};
 use crate::scene::{CameraPose, Pose, Scene};
+use crate::trace::offset::OFFSET_PER_METRE;
 use crate::trace::{Aabb, Tracer};
 use crate::{Error, Result};
 use glam::{Affine3A, Mat3, Vec3};
@@ -391,11 +392,18 @@ impl<'s> Server<'s> {
 
     /// Marks as stale what the movers can reach in the tracer's present pose, which is `pose`.
     fn mark_reached(&mut self, movers: &[usize], pose: &Pose) {
-        let (tracer, reach) = (&self.tracer, self.options.distance);
+        let (tracer, distance) = (&self.tracer, self.options.distance);
+        // How far from a point's surface its rays may end at a mover: they start off the surface,
+        // and the end is rounded no worse than what that offset makes up for.
+        let reach_to = |mover: &Aabb| {
+            let size = (mover.reach() + distance).max(tracer.reach());
+            distance * (1.0 + 1e-5) + 2.0 * OFFSET_PER_METRE * size
+        };
         let bounds: Vec<Aabb> =
             (0..if movers.is_empty() { 0 } else { self.scene.instances.len() }).map(|i| tracer.bounds(i)).collect();
         for &mover in movers {
             let near = bounds[mover];
+            let reach = reach_to(&near);
             let still = &self.still_chunks;
             let tracks = &mut self.tracks;
             self.still_tree.near(&near, reach, |item| {
@@ -422,6 +430,7 @@ impl<'s> Server<'s> {
             }
             let world = pose.world_from_mesh[own];
             let others = (0..bounds.len()).filter(|&i| {
+                let reach = reach_to(&bounds[i]);
                 i != own && (is_mover[own] || is_mover[i]) && bounds[i].gap_squared(&bounds[own]) <= reach * reach
             });
             for other in others {
@@ -431,6 +440,7 @@ impl<'s> Server<'s> {
                     break;
                 }
                 let near = bounds[other];
+                let reach = reach_to(&near);
                 for chunk in 0..track.template.chunks.bounds.len() as u32 {
                     let sphere = track.template.chunks.bounds[chunk as usize].transformed(&world);
                     if sphere.gap_squared(&near) <= reach * reach

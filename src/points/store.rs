@@ -2,6 +2,7 @@
 //! which bucket, and what changed since the last emission.
 
 use crate::codec::points::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Grid};
+use std::collections::BTreeSet;
 
 /// What happens to the eighth point of a grid cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,11 +42,13 @@ pub struct Store {
     dirty_cells: Vec<u32>,
     bucket_is_dirty: Vec<bool>,
     cell_is_dirty: Vec<bool>,
-    /// Times that a point found no room in a cell or bucket, or lay outside the grid: one that
-    /// is traced again and again counts each time.
+    /// Points that ever found no room in a cell or bucket, or lay outside the grid. One that is
+    /// dropped again counts once.
     pub dropped_points: u64,
-    /// Cells that found no room in their bucket or in the track.
+    /// Grid cells that ever found no room for a `Cell` in their bucket or in the track.
     pub dropped_cells: u64,
+    point_was_dropped: Vec<bool>,
+    dropped_keys: BTreeSet<u32>,
 }
 
 impl Store {
@@ -66,6 +69,8 @@ impl Store {
             cell_is_dirty: vec![false; cells],
             dropped_points: 0,
             dropped_cells: 0,
+            point_was_dropped: vec![false; points],
+            dropped_keys: BTreeSet::new(),
         }
     }
 
@@ -106,7 +111,7 @@ impl Store {
             self.remove(point);
         }
         let stored = cell.is_some_and(|cell| self.insert(point, cell, word));
-        if !stored {
+        if !stored && !std::mem::replace(&mut self.point_was_dropped[point as usize], true) {
             self.dropped_points += 1;
         }
     }
@@ -139,7 +144,7 @@ impl Store {
             }
         }
         if entries == BUCKET_ENTRIES || self.free_cells.is_empty() {
-            self.dropped_cells += 1;
+            self.dropped_cells += u64::from(self.dropped_keys.insert(key));
             return false;
         }
         let Some(index) = self.free_cells.pop() else { return false };
@@ -321,6 +326,7 @@ mod tests {
     fn a_point_outside_the_grid_is_dropped_and_counted() {
         let mut store = Store::new(grid(61, 10), 1, Overflow::Chain);
         store.set(0, Some([0, 0, 0]), 1 << 31);
+        store.set(0, None, 1 << 31);
         store.set(0, None, 1 << 31);
         assert!(!store.has(0));
         assert_eq!((store.dropped_points, store.used_cells()), (1, 0));
