@@ -73,19 +73,27 @@ struct Seat {
 /// cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
-    std::fs::create_dir_all(&args.output)
-        .map_err(|source| Error::Io { path: args.output.clone(), source })?;
+    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io {
+        path: args.output.clone(),
+        source,
+    })?;
     let job = args.encode.job(&scene, &args.scene.view)?;
     let mut renderer = Renderer::new(&scene, Backend::Auto)?;
     let seats = seats(args, &scene, &job, &mut renderer)?;
 
     let mut rates = vec![args.encode.fps];
     rates.extend(args.server_rates.iter().filter(|r| **r != args.encode.fps));
-    let bar = Progress::new("Measuring runs", (args.densities.len() * seats.len() * rates.len()) as u64);
+    let bar = Progress::new(
+        "Measuring runs",
+        (args.densities.len() * seats.len() * rates.len()) as u64,
+    );
     let mut rows: Vec<Row> = Vec::new();
     for density in args.densities.iter().map(|&d| d as f32) {
         let options = Options {
-            density: Density { candidates: density, ..job.options.density },
+            density: Density {
+                candidates: density,
+                ..job.options.density
+            },
             ..job.options
         };
         let clock = Instant::now();
@@ -99,10 +107,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     options,
                     view: seat.view,
                     frames: ((job.frames as f64 * share).round() as usize).max(1),
-                    rate: TickRate { numerator: rate.numerator, denominator: rate.denominator },
+                    rate: TickRate {
+                        numerator: rate.numerator,
+                        denominator: rate.denominator,
+                    },
                     ..job.clone()
                 };
-                let playback = Playback { latency: args.latency_ms * 1e-3, ..Playback::default() };
+                let playback = Playback {
+                    latency: args.latency_ms * 1e-3,
+                    ..Playback::default()
+                };
                 let evaluation = evaluate(
                     server.fork(),
                     startup,
@@ -112,10 +126,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     &seat.references,
                     |_| Ok(()),
                 )?;
-                rows.push(Row { density, server_fps: rate.hz(), camera: seat.name.clone(), evaluation });
+                rows.push(Row {
+                    density,
+                    server_fps: rate.hz(),
+                    camera: seat.name.clone(),
+                    evaluation,
+                });
                 bar.step(1);
                 // What is measured so far survives an interruption.
-                save(&args.output.join("table.csv"), &table(&scene.name, &rows, None).to_csv())?;
+                save(
+                    &args.output.join("table.csv"),
+                    &table(&scene.name, &rows, None).to_csv(),
+                )?;
             }
         }
     }
@@ -142,7 +164,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             job.options.rays,
             job.options.seed
         ),
-        sections: vec![Section { charts, tables: vec![table.clone()], ..Section::default() }],
+        sections: vec![Section {
+            charts,
+            tables: vec![table.clone()],
+            ..Section::default()
+        }],
         notes: vec![format!("Drawn by {}.", renderer.name())],
         ..Report::default()
     };
@@ -162,23 +188,44 @@ fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Resu
         scene.cameras.iter().map(|c| c.name.clone()).collect()
     };
     let (width, height) = args.scene.view.size;
-    let quality = Quality { width, height, rays: RAYS, distance: job.options.distance, seed: 1 };
+    let quality = Quality {
+        width,
+        height,
+        rays: RAYS,
+        distance: job.options.distance,
+        seed: 1,
+    };
     let length = job.frames as f64 / args.encode.fps.hz();
-    let bar = Progress::new("Tracing references", names.len() as u64 * args.scored as u64);
+    let bar = Progress::new(
+        "Tracing references",
+        names.len() as u64 * args.scored as u64,
+    );
     names
         .into_iter()
         .map(|name| {
             let camera = (!name.is_empty()).then(|| name.clone());
-            let view = ViewArgs { camera, ..args.scene.view.clone() }.view(scene)?;
+            let view = ViewArgs {
+                camera,
+                ..args.scene.view.clone()
+            }
+            .view(scene)?;
             let frames = (0..args.scored).map(|k| (k as f64 + 0.5) / args.scored as f64);
             // On frames of the display.
             let fps = args.encode.fps.hz();
-            let times: Vec<f64> =
-                frames.map(|at| job.start + (at * length * fps).floor() / fps).collect();
-            let references =
-                references(scene, renderer, view, &times, quality, || bar.step(1))?;
-            let name = if name.is_empty() { "framing".into() } else { name };
-            Ok(Seat { name, view, references })
+            let times: Vec<f64> = frames
+                .map(|at| job.start + (at * length * fps).floor() / fps)
+                .collect();
+            let references = references(scene, renderer, view, &times, quality, || bar.step(1))?;
+            let name = if name.is_empty() {
+                "framing".into()
+            } else {
+                name
+            };
+            Ok(Seat {
+                name,
+                view,
+                references,
+            })
         })
         .collect()
 }
@@ -194,9 +241,21 @@ fn without_ao(seats: &[Seat]) -> Result<Difference> {
 
 fn table(scene: &str, rows: &[Row], open: Option<Difference>) -> Table {
     let columns = [
-        "N (1/m2)", "server (Hz)", "camera", "points", "steady (Mbit/s)", "start-up (MB)", "PSNR (dB)",
-        "SSIM", "FLIP", "AO rmse", "reference noise", "no point in reach (%)", "changed a frame",
-        "rays a frame", "tick (ms)",
+        "N (1/m2)",
+        "server (Hz)",
+        "camera",
+        "points",
+        "steady (Mbit/s)",
+        "start-up (MB)",
+        "PSNR (dB)",
+        "SSIM",
+        "FLIP",
+        "AO rmse",
+        "reference noise",
+        "no point in reach (%)",
+        "changed a frame",
+        "rays a frame",
+        "tick (ms)",
     ];
     let rows = rows
         .iter()
@@ -245,22 +304,39 @@ fn charts(rows: &[Row], open: Difference) -> Vec<Chart> {
             };
             match series.iter_mut().find(|s| s.name == name) {
                 Some(s) => s.points.push(point),
-                None => series.push(Series { name, points: vec![point], line: true }),
+                None => series.push(Series {
+                    name,
+                    points: vec![point],
+                    line: true,
+                }),
             }
         }
         Chart {
             title: title.into(),
-            x: Axis { label: label.into(), log: true },
-            y: Axis { label: "PSNR (dB)".into(), log: false },
+            x: Axis {
+                label: label.into(),
+                log: true,
+            },
+            y: Axis {
+                label: "PSNR (dB)".into(),
+                log: false,
+            },
             series,
-            levels: vec![Level { name: "without AO".into(), y: open.psnr }],
+            levels: vec![Level {
+                name: "without AO".into(),
+                y: open.psnr,
+            }],
         }
     };
     vec![
-        chart("Accuracy against rate", "steady rate (Mbit/s)", &|r| r.evaluation.stream.mbps_steady),
-        chart("Accuracy against server time", "tick (ms, 2 threads)", &|r| {
-            r.evaluation.stream.stage_ms.total()
+        chart("Accuracy against rate", "steady rate (Mbit/s)", &|r| {
+            r.evaluation.stream.mbps_steady
         }),
+        chart(
+            "Accuracy against server time",
+            "tick (ms, 2 threads)",
+            &|r| r.evaluation.stream.stage_ms.total(),
+        ),
     ]
 }
 

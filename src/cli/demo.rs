@@ -55,21 +55,35 @@ struct Figures<'a> {
 /// `Scene` for an unusable scene, `Io` where the folder cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let clock = Instant::now();
-    let scene_args = SceneArgs { scene: args.scene.clone(), view: args.view.clone() };
+    let scene_args = SceneArgs {
+        scene: args.scene.clone(),
+        view: args.view.clone(),
+    };
     let scene = scene_args.open()?;
-    let encode = EncodeArgs { frames: Some(args.encode.frames.unwrap_or(FRAMES)), ..args.encode.clone() };
+    let encode = EncodeArgs {
+        frames: Some(args.encode.frames.unwrap_or(FRAMES)),
+        ..args.encode.clone()
+    };
     let job = encode.job(&scene, &args.view)?;
-    std::fs::create_dir_all(&args.out)
-        .map_err(|source| Error::Io { path: args.out.clone(), source })?;
+    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
+        path: args.out.clone(),
+        source,
+    })?;
     let (width, height) = args.view.size;
-    let quality =
-        Quality { width, height, rays: RAYS, distance: job.options.distance, seed: 1 };
+    let quality = Quality {
+        width,
+        height,
+        rays: RAYS,
+        distance: job.options.distance,
+        seed: 1,
+    };
 
     let placing = Instant::now();
     let mut server = Server::new(&scene, job.options, job.start)?;
     let mut bar = None;
     let tick = server.start(&mut |done, all| {
-        bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64)).at(done as u64);
+        bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64))
+            .at(done as u64);
     });
     drop(bar);
     let startup = (tick, placing.elapsed());
@@ -78,12 +92,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let last = job.start
         + (job.frames - 1) as f64 * job.rate.denominator as f64 / job.rate.numerator as f64;
     let bar = Progress::new("Tracing the reference", 1);
-    let reference =
-        references(&scene, &mut renderer, job.view, &[last], quality, || bar.step(1))?;
+    let reference = references(&scene, &mut renderer, job.view, &[last], quality, || {
+        bar.step(1)
+    })?;
     drop(bar);
 
     let path = args.out.join("stream.dapple");
-    let io = |source| Error::Io { path: path.clone(), source };
+    let io = |source| Error::Io {
+        path: path.clone(),
+        source,
+    };
     let mut file = std::io::BufWriter::new(std::fs::File::create(&path).map_err(io)?);
     let bar = Progress::new("Encoding frames", job.frames as u64);
     let evaluation = evaluate(
@@ -141,7 +159,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         captioned(
             save(
                 "difference",
-                signed_picture(&reference.field(ao), &reference.field(&reference.ao), FULL_SCALE)?,
+                signed_picture(
+                    &reference.field(ao),
+                    &reference.field(&reference.ao),
+                    FULL_SCALE,
+                )?,
             )?,
             "Difference of AO",
             format!("red too bright, blue too dark, full colour at {FULL_SCALE}"),
@@ -153,7 +175,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ),
     ];
 
-    let page = page(&args.scene, &evaluation, images, renderer.name(), (width, height));
+    let page = page(
+        &args.scene,
+        &evaluation,
+        images,
+        renderer.name(),
+        (width, height),
+    );
     let figures = Figures {
         evaluation: &evaluation,
         drawn_by: renderer.name(),
@@ -217,12 +245,21 @@ fn page(
             "dB",
             "composited picture against RTAO".into(),
         ),
-        figure("FLIP", format!("{:.4}", e.picture.flip), "", "lower is better".into()),
+        figure(
+            "FLIP",
+            format!("{:.4}", e.picture.flip),
+            "",
+            "lower is better".into(),
+        ),
         figure(
             "Points",
             grouped(s.points as u64),
             "",
-            format!("{} candidates, {} cells", grouped(s.candidates as u64), grouped(s.cells as u64)),
+            format!(
+                "{} candidates, {} cells",
+                grouped(s.candidates as u64),
+                grouped(s.cells as u64)
+            ),
         ),
         figure(
             "Changed points",
@@ -249,11 +286,17 @@ fn page(
         columns: vec!["stage".into(), "time (ms a tick)".into()],
         rows: vec![
             row("animation and skinning", Value::Number(s.stage_ms.pose, 3)),
-            row("acceleration structures", Value::Number(s.stage_ms.update, 3)),
+            row(
+                "acceleration structures",
+                Value::Number(s.stage_ms.update, 3),
+            ),
             row("points to trace", Value::Number(s.stage_ms.select, 3)),
             row("rays", Value::Number(s.stage_ms.trace, 3)),
             row("buckets and cells", Value::Number(s.stage_ms.store, 3)),
-            row("packing and compression", Value::Number(s.stage_ms.encode, 3)),
+            row(
+                "packing and compression",
+                Value::Number(s.stage_ms.encode, 3),
+            ),
         ],
         note: format!("{} rays a tick.", grouped(s.rays / ticks as u64)),
     };
@@ -263,14 +306,23 @@ fn page(
         rows: vec![
             row("frames", Value::Count(s.frames as u64)),
             row("bytes at start-up", Value::Count(s.bytes_startup)),
-            row("bytes of all other frames", Value::Count(s.bytes_steady + s.bytes_keyframes)),
+            row(
+                "bytes of all other frames",
+                Value::Count(s.bytes_steady + s.bytes_keyframes),
+            ),
             row("steady rate (Mbit/s)", Value::Number(s.mbps_steady, 3)),
-            row("rate with the first keyframe (Mbit/s)", Value::Number(s.mbps_with_keyframes, 3)),
+            row(
+                "rate with the first keyframe (Mbit/s)",
+                Value::Number(s.mbps_with_keyframes, 3),
+            ),
             row("buckets", Value::Count(s.buckets as u64)),
             row("cells", Value::Count(s.cells as u64)),
             row("points dropped", Value::Count(s.dropped_points)),
             row("cells dropped", Value::Count(s.dropped_cells)),
-            row("interpolation radius (m)", Value::Number(s.radius as f64, 4)),
+            row(
+                "interpolation radius (m)",
+                Value::Number(s.radius as f64, 4),
+            ),
         ],
         note: String::new(),
     };
@@ -299,7 +351,10 @@ fn page(
                 Value::Number(e.ao.flip, 4),
             ],
         ],
-        note: format!("The reference's own noise is {:.4} rms of AO.", e.reference_noise),
+        note: format!(
+            "The reference's own noise is {:.4} rms of AO.",
+            e.reference_noise
+        ),
     };
     Report {
         title: "Dapple: streamed ambient occlusion".into(),

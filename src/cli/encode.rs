@@ -33,7 +33,10 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
     let job = args.encode.job(&scene, &args.scene.view)?;
-    let io = |source| Error::Io { path: args.output.clone(), source };
+    let io = |source| Error::Io {
+        path: args.output.clone(),
+        source,
+    };
     let unfinished = beside(&args.output)?;
     let mut file = BufWriter::new(File::create(&unfinished).map_err(|source| Error::Io {
         path: unfinished.clone(),
@@ -54,7 +57,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
         }
         let report = stream.finish(&mut bytes)?;
-        file.write_all(&bytes).and_then(|()| file.flush()).map_err(io)?;
+        file.write_all(&bytes)
+            .and_then(|()| file.flush())
+            .map_err(io)?;
         if unfinished != args.output {
             std::fs::rename(&unfinished, &args.output).map_err(io)?;
         }

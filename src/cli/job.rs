@@ -23,10 +23,12 @@ impl ViewArgs {
         if let Some((eye, target)) = self.look() {
             return Ok(View::Fixed(look_at(eye, target, DEFAULT_YFOV)));
         }
-        Ok(match scene.find_camera(self.camera.as_deref().unwrap_or(""))? {
-            Some(camera) => View::Camera(camera),
-            None => View::Fixed(scene.framing_camera(&scene.pose(0.0))),
-        })
+        Ok(
+            match scene.find_camera(self.camera.as_deref().unwrap_or(""))? {
+                Some(camera) => View::Camera(camera),
+                None => View::Fixed(scene.framing_camera(&scene.pose(0.0))),
+            },
+        )
     }
 
     /// Width over height.
@@ -72,7 +74,10 @@ impl EncodeArgs {
     /// # Errors
     /// As [`ViewArgs::view`], and `Invalid` for an animation too long to be encoded whole.
     pub fn job(&self, scene: &Scene, view: &ViewArgs) -> Result<Job> {
-        let rate = TickRate { numerator: self.fps.numerator, denominator: self.fps.denominator };
+        let rate = TickRate {
+            numerator: self.fps.numerator,
+            denominator: self.fps.denominator,
+        };
         let whole = (scene.duration as f64 * self.fps.hz()).round().max(1.0);
         if self.frames.is_none() && whole > MAX_FRAMES {
             return Err(Error::Invalid(format!(
@@ -101,7 +106,10 @@ impl SceneArgs {
     pub fn open(&self) -> Result<Scene> {
         let scene = self.load()?;
         for warning in &scene.warnings {
-            super::tell(&Error::Invalid(format!("warning: {}: {warning}", scene.name)));
+            super::tell(&Error::Invalid(format!(
+                "warning: {}: {warning}",
+                scene.name
+            )));
         }
         Ok(scene)
     }

@@ -74,7 +74,11 @@ enum Drawing {
 /// # Errors
 /// `Scene`, `Io`, `Codec` for unusable files, `Invalid` for what scene or stream do not have.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let scene = SceneArgs { scene: args.scene.clone(), view: args.view.clone() }.open()?;
+    let scene = SceneArgs {
+        scene: args.scene.clone(),
+        view: args.view.clone(),
+    }
+    .open()?;
     let view = args.view.view(&scene)?;
     let seconds = args.view.seconds(args.fps);
     let pose = scene.pose(seconds);
@@ -118,7 +122,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Lookup::Posed(&server_pose)
             };
             let frame = renderer.frame(&pose, lookup, &camera, width, height)?;
-            let points = renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
+            let points =
+                renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
             note = format!(
                 "; stream frame {number}, {:.3} % of fragments without a point in reach",
                 100.0 * points.counts.without_point()
@@ -132,7 +137,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         frame.composite(Some(&ao))
     };
     picture.write_png(&args.output)?;
-    output::print(&format!("{}: drawn by {}{note}\n", args.output.display(), renderer.name()))?;
+    output::print(&format!(
+        "{}: drawn by {}{note}\n",
+        args.output.display(),
+        renderer.name()
+    ))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -155,7 +164,10 @@ impl ClientArgs {
 /// Decodes a stream up to the last frame whose time is not after `seconds`; the first frame in any
 /// case.
 fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<Client> {
-    let io = |source| Error::Io { path: path.into(), source };
+    let io = |source| Error::Io {
+        path: path.into(),
+        source,
+    };
     let named = |error| match error {
         Error::Codec(fault) => stream::error(path, &fault),
         Error::Invalid(message) => Error::Invalid(format!("{}: {message}", path.display())),
@@ -167,14 +179,19 @@ fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<
     loop {
         let read = file.read(&mut buffer).map_err(io)?;
         if read == 0 {
-            client.decoder().finish_live().map_err(|fault| stream::error(path, &fault))?;
+            client
+                .decoder()
+                .finish_live()
+                .map_err(|fault| stream::error(path, &fault))?;
             return Ok(client);
         }
         let mut bytes = &buffer[..read];
         while !bytes.is_empty() && !client.ended() {
             // The rate is known once the first frame is there.
             let next = client.last_frame().map_or(0, |(number, _)| number + 1);
-            if let (Some((_, time)), Some(rate)) = (client.last_frame(), client.decoder().tick_rate()) {
+            if let (Some((_, time)), Some(rate)) =
+                (client.last_frame(), client.decoder().tick_rate())
+            {
                 let step = rate.denominator as f64 / rate.numerator as f64;
                 if time + step > seconds + 1e-6 {
                     return Ok(client);

@@ -53,7 +53,13 @@ pub fn references(
         .map(|&time| {
             let pose = scene.pose(time);
             let camera = view.at(&pose);
-            let Quality { width, height, rays, distance, seed } = quality;
+            let Quality {
+                width,
+                height,
+                rays,
+                distance,
+                seed,
+            } = quality;
             let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
             let tracer = match &mut tracer {
                 Some(tracer) => {

@@ -82,18 +82,39 @@ impl Reference {
         seed: u64,
     ) -> Result<Self> {
         let (a, b) = rtao(tracer, &frame.gbuffer, rays, distance, seed);
-        let mask: Vec<bool> = frame.gbuffer.fragments.iter().map(|f| f.instance != NONE).collect();
+        let mask: Vec<bool> = frame
+            .gbuffer
+            .fragments
+            .iter()
+            .map(|f| f.instance != NONE)
+            .collect();
         let (width, height) = (frame.gbuffer.width, frame.gbuffer.height);
-        let field = |values| Field { width, height, values, mask: &mask };
+        let field = |values| Field {
+            width,
+            height,
+            values,
+            mask: &mask,
+        };
         let noise = noise_of_mean(&field(&a), &field(&b))?;
         let ao = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-        Ok(Reference { time: pose.time, frame, ao, noise, mask })
+        Ok(Reference {
+            time: pose.time,
+            frame,
+            ao,
+            noise,
+            mask,
+        })
     }
 
     /// `values` as a field over this frame's geometry.
     pub fn field<'a>(&'a self, values: &'a [f32]) -> Field<'a> {
         let GBuffer { width, height, .. } = self.frame.gbuffer;
-        Field { width, height, values, mask: &self.mask }
+        Field {
+            width,
+            height,
+            values,
+            mask: &self.mask,
+        }
     }
 
     /// Scores AO of the same frame.

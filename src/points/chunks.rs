@@ -71,7 +71,11 @@ impl AabbTree {
         for i in (0..leaves - 1).rev() {
             nodes[i] = nodes[2 * i + 1].union(&nodes[2 * i + 2]);
         }
-        AabbTree { items, nodes, leaves }
+        AabbTree {
+            items,
+            nodes,
+            leaves,
+        }
     }
 
     /// Calls `found` with every item whose box comes within `distance` of `bounds`.
@@ -104,15 +108,28 @@ mod tests {
     fn the_tree_finds_what_a_loop_finds() {
         let mut rng = Rng::new(3);
         let mut point = || Vec3::new(rng.unit(), rng.unit(), rng.unit()) * 10.0;
-        let boxes: Vec<Aabb> = (0..777).map(|_| { let p = point(); Aabb { min: p, max: p + point() * 0.05 } }).collect();
+        let boxes: Vec<Aabb> = (0..777)
+            .map(|_| {
+                let p = point();
+                Aabb {
+                    min: p,
+                    max: p + point() * 0.05,
+                }
+            })
+            .collect();
         let tree = AabbTree::new(&boxes);
         for _ in 0..200 {
             let p = point();
-            let query = Aabb { min: p, max: p + point() * 0.1 };
+            let query = Aabb {
+                min: p,
+                max: p + point() * 0.1,
+            };
             let mut found = Vec::new();
             tree.near(&query, 0.6, |i| found.push(i));
             found.sort_unstable();
-            let brute: Vec<u32> = (0..777).filter(|&i| boxes[i as usize].gap_squared(&query) <= 0.6 * 0.6).collect();
+            let brute: Vec<u32> = (0..777)
+                .filter(|&i| boxes[i as usize].gap_squared(&query) <= 0.6 * 0.6)
+                .collect();
             assert_eq!(found, brute);
         }
         AabbTree::new(&[]).near(&boxes[0], 1.0, |_| panic!("an empty tree has nothing"));
@@ -121,7 +138,9 @@ mod tests {
     #[test]
     fn chunks_hold_every_point_once_inside_their_bounds() {
         let mut rng = Rng::new(5);
-        let positions: Vec<Vec3> = (0..1000).map(|_| Vec3::new(rng.unit() * 30.0, rng.unit(), 0.0)).collect();
+        let positions: Vec<Vec3> = (0..1000)
+            .map(|_| Vec3::new(rng.unit() * 30.0, rng.unit(), 0.0))
+            .collect();
         let chunks = Chunks::new(&positions);
         let mut seen = vec![false; 1000];
         for c in 0..chunks.bounds.len() as u32 {
@@ -131,6 +150,9 @@ mod tests {
             }
         }
         assert!(seen.iter().all(|s| *s));
-        assert!(chunks.bounds.iter().map(|b| b.radius()).sum::<f32>() / (chunks.bounds.len() as f32) < 2.0);
+        assert!(
+            chunks.bounds.iter().map(|b| b.radius()).sum::<f32>() / (chunks.bounds.len() as f32)
+                < 2.0
+        );
     }
 }

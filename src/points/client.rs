@@ -51,7 +51,9 @@ impl Client {
         let names = scene.instances.iter().enumerate();
         Client {
             decoder: Decoder::new(limits),
-            instance_of_path: names.map(|(i, instance)| (instance.name.clone(), i)).collect(),
+            instance_of_path: names
+                .map(|(i, instance)| (instance.name.clone(), i))
+                .collect(),
             tracks: Vec::new(),
             track_of_instance: vec![None; scene.instances.len()],
             rest: false,
@@ -118,7 +120,10 @@ impl Client {
     pub fn last_frame(&self) -> Option<(u32, f64)> {
         let (number, tick) = self.decoder.last_frame()?;
         let rate = self.decoder.tick_rate()?;
-        Some((number, tick as f64 * rate.denominator as f64 / rate.numerator as f64))
+        Some((
+            number,
+            tick as f64 * rate.denominator as f64 / rate.numerator as f64,
+        ))
     }
 
     /// Whether deforming meshes are looked up in their rest pose.

@@ -33,7 +33,11 @@ pub fn eliminate(
     d_max: f32,
     normal_threshold: f32,
 ) -> Vec<u32> {
-    let samples = Samples { positions, normals, normal_threshold };
+    let samples = Samples {
+        positions,
+        normals,
+        normal_threshold,
+    };
     let mut kept: Vec<u32> = (0..positions.len() as u32).collect();
     if target < kept.len() {
         samples.thin(&mut kept, target, d_max);
@@ -90,13 +94,21 @@ impl Samples<'_> {
 
     /// All pairs of `kept` that repel each other, by a sorted uniform grid with cells of `d_max`.
     fn neighbours(&self, kept: &[u32], d_max: f32) -> Neighbours {
-        let origin = kept.iter().fold(Vec3::INFINITY, |m, &s| m.min(self.positions[s as usize]));
+        let origin = kept
+            .iter()
+            .fold(Vec3::INFINITY, |m, &s| m.min(self.positions[s as usize]));
         let cell_of = |s: u32| ((self.positions[s as usize] - origin) / d_max).as_ivec3();
-        let mut sorted: Vec<([i32; 3], u32)> =
-            kept.iter().enumerate().map(|(i, &s)| (cell_of(s).to_array(), i as u32)).collect();
+        let mut sorted: Vec<([i32; 3], u32)> = kept
+            .iter()
+            .enumerate()
+            .map(|(i, &s)| (cell_of(s).to_array(), i as u32))
+            .collect();
         sorted.sort_unstable();
 
-        let mut list = Neighbours { first: vec![0; kept.len() + 1], pairs: Vec::new() };
+        let mut list = Neighbours {
+            first: vec![0; kept.len() + 1],
+            pairs: Vec::new(),
+        };
         // One pass in sample order per list would need random access; collect per sorted sample,
         // then put the lists into sample order.
         let mut found: Vec<(u32, Neighbour)> = Vec::with_capacity(kept.len() * 8);
@@ -114,15 +126,30 @@ impl Samples<'_> {
                 }
                 last = Some([x, y, z]);
             }
-            let (p, n) = (self.positions[kept[i as usize] as usize], self.normals[kept[i as usize] as usize]);
+            let (p, n) = (
+                self.positions[kept[i as usize] as usize],
+                self.normals[kept[i as usize] as usize],
+            );
             for (k, &s) in start.iter().enumerate() {
                 let (cx, cy) = (x + k as i32 / 3 - 1, y + k as i32 % 3 - 1);
-                for &(c, j) in sorted[s..].iter().take_while(|(c, _)| *c <= [cx, cy, z + 1]) {
+                for &(c, j) in sorted[s..]
+                    .iter()
+                    .take_while(|(c, _)| *c <= [cx, cy, z + 1])
+                {
                     debug_assert!(c[0] == cx && c[1] == cy);
                     let other = kept[j as usize] as usize;
                     let distance = p.distance(self.positions[other]);
-                    if j != i && distance < d_max && n.dot(self.normals[other]) > self.normal_threshold {
-                        found.push((i, Neighbour { sample: j, distance }));
+                    if j != i
+                        && distance < d_max
+                        && n.dot(self.normals[other]) > self.normal_threshold
+                    {
+                        found.push((
+                            i,
+                            Neighbour {
+                                sample: j,
+                                distance,
+                            },
+                        ));
                     }
                 }
             }
@@ -134,7 +161,13 @@ impl Samples<'_> {
             list.first[i + 1] += list.first[i];
         }
         let mut next = list.first.clone();
-        list.pairs = vec![Neighbour { sample: 0, distance: 0.0 }; found.len()];
+        list.pairs = vec![
+            Neighbour {
+                sample: 0,
+                distance: 0.0
+            };
+            found.len()
+        ];
         for (i, n) in found {
             list.pairs[next[i as usize] as usize] = n;
             next[i as usize] += 1;
@@ -171,8 +204,11 @@ struct WeightHeap {
 impl WeightHeap {
     fn new(weights: Vec<f32>) -> Self {
         let count = weights.len() as u32;
-        let mut heap =
-            WeightHeap { weights, heap: (0..count).collect(), place: (0..count).collect() };
+        let mut heap = WeightHeap {
+            weights,
+            heap: (0..count).collect(),
+            place: (0..count).collect(),
+        };
         for i in (0..heap.heap.len() / 2).rev() {
             heap.sink(i);
         }
@@ -231,7 +267,9 @@ mod tests {
     /// Random samples on the unit square, facing up.
     fn square(count: usize) -> (Vec<Vec3>, Vec<Vec3>) {
         let mut rng = crate::points::rng::Rng::new(7);
-        let positions = (0..count).map(|_| Vec3::new(rng.unit(), 0.0, rng.unit())).collect();
+        let positions = (0..count)
+            .map(|_| Vec3::new(rng.unit(), 0.0, rng.unit()))
+            .collect();
         (positions, vec![Vec3::Y; count])
     }
 
@@ -256,9 +294,15 @@ mod tests {
         assert_eq!(unique.len(), 800, "no sample is taken twice");
         // 5:1 of random samples reaches about 0.7 of the packed distance; random samples have ~0.02.
         for level in [800, 400, 200, 100] {
-            let prefix: Vec<Vec3> = order[..level].iter().map(|&i| positions[i as usize]).collect();
+            let prefix: Vec<Vec3> = order[..level]
+                .iter()
+                .map(|&i| positions[i as usize])
+                .collect();
             let relative = nearest_distance(&prefix) / packed_distance(level as f64);
-            assert!(relative > 0.55, "{level} samples stand {relative} of the packed distance apart");
+            assert!(
+                relative > 0.55,
+                "{level} samples stand {relative} of the packed distance apart"
+            );
         }
     }
 
@@ -266,14 +310,20 @@ mod tests {
     fn weights_follow_the_definition() {
         let (positions, normals) = square(300);
         let d_max = packed_distance(100.0);
-        let samples = Samples { positions: &positions, normals: &normals, normal_threshold: 0.1 };
+        let samples = Samples {
+            positions: &positions,
+            normals: &normals,
+            normal_threshold: 0.1,
+        };
         let kept: Vec<u32> = (0..300).collect();
         let neighbours = samples.neighbours(&kept, d_max);
         for i in 0..300 {
             let mut found: Vec<u32> = neighbours.of(i).iter().map(|n| n.sample).collect();
             found.sort_unstable();
             let brute: Vec<u32> = (0..300u32)
-                .filter(|&j| j as usize != i && positions[i].distance(positions[j as usize]) < d_max)
+                .filter(|&j| {
+                    j as usize != i && positions[i].distance(positions[j as usize]) < d_max
+                })
                 .collect();
             assert_eq!(found, brute);
         }
@@ -289,14 +339,18 @@ mod tests {
                     .map(|d| ((1.0 - d.max(d_min) / d_max) as f64).powi(ALPHA))
                     .sum()
             };
-            let heaviest =
-                (0..slow.len()).max_by(|&a, &b| weight(slow[a]).total_cmp(&weight(slow[b]))).unwrap();
+            let heaviest = (0..slow.len())
+                .max_by(|&a, &b| weight(slow[a]).total_cmp(&weight(slow[b])))
+                .unwrap();
             slow.remove(heaviest);
         }
         let mut fast = eliminate(&positions, &normals, 100, d_max, 0.1);
         fast.sort_unstable();
         let common = fast.iter().filter(|i| slow.contains(i)).count();
-        assert!(common >= 95, "only {common} of 100 samples agree with the definition");
+        assert!(
+            common >= 95,
+            "only {common} of 100 samples agree with the definition"
+        );
     }
 
     #[test]
@@ -307,11 +361,22 @@ mod tests {
         let mut alone = eliminate(&positions, &normals, 500, d_max, 0.1);
         alone.sort_unstable();
         let both: Vec<Vec3> = positions.iter().chain(&positions).copied().collect();
-        let facing: Vec<Vec3> = normals.iter().copied().chain(normals.iter().map(|n| -*n)).collect();
+        let facing: Vec<Vec3> = normals
+            .iter()
+            .copied()
+            .chain(normals.iter().map(|n| -*n))
+            .collect();
         let together = eliminate(&both, &facing, 1000, d_max, 0.1);
         let up = together.iter().filter(|&&i| i < 1000).count();
-        assert!((480..=520).contains(&up), "{up} of 1000 points are on the upper side");
-        let upper: Vec<Vec3> = together.iter().filter(|&&i| i < 1000).map(|&i| positions[i as usize]).collect();
+        assert!(
+            (480..=520).contains(&up),
+            "{up} of 1000 points are on the upper side"
+        );
+        let upper: Vec<Vec3> = together
+            .iter()
+            .filter(|&&i| i < 1000)
+            .map(|&i| positions[i as usize])
+            .collect();
         let single: Vec<Vec3> = alone.iter().map(|&i| positions[i as usize]).collect();
         assert!(nearest_distance(&upper) > 0.8 * nearest_distance(&single));
     }
@@ -320,6 +385,9 @@ mod tests {
     fn small_and_empty_sets_survive() {
         assert!(eliminate(&[], &[], 0, 1.0, 0.1).is_empty());
         assert_eq!(eliminate(&[Vec3::ZERO], &[Vec3::Y], 1, 1.0, 0.1), [0]);
-        assert_eq!(eliminate(&[Vec3::ZERO; 3], &[Vec3::Y; 3], 2, 1.0, 0.1).len(), 2);
+        assert_eq!(
+            eliminate(&[Vec3::ZERO; 3], &[Vec3::Y; 3], 2, 1.0, 0.1).len(),
+            2
+        );
     }
 }

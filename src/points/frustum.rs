@@ -19,7 +19,11 @@ impl Frustum {
         let vertical = (camera.yfov * 0.5 + margin).min(most);
         let horizontal = (((camera.yfov * 0.5).tan() * aspect).atan() + margin).min(most);
         let m = camera.world_from_camera.matrix3;
-        let (right, up, back) = (Vec3::from(m.x_axis), Vec3::from(m.y_axis), Vec3::from(m.z_axis));
+        let (right, up, back) = (
+            Vec3::from(m.x_axis),
+            Vec3::from(m.y_axis),
+            Vec3::from(m.z_axis),
+        );
         let side = |axis: Vec3, half: f32| axis * half.cos() - back * half.sin();
         Frustum {
             eye: camera.world_from_camera.translation.into(),
@@ -39,7 +43,9 @@ impl Frustum {
     /// False only for boxes that lie wholly outside one side.
     pub fn touches(&self, bounds: &Aabb) -> bool {
         let (centre, half) = (bounds.centre() - self.eye, (bounds.max - bounds.min) * 0.5);
-        self.sides.iter().all(|n| n.dot(centre) + n.abs().dot(half) >= 0.0)
+        self.sides
+            .iter()
+            .all(|n| n.dot(centre) + n.abs().dot(half) >= 0.0)
     }
 }
 
@@ -58,14 +64,23 @@ mod tests {
         let exact = Frustum::new(&camera, 1.0, 0.0);
         let wide = Frustum::new(&camera, 1.0, 15f32.to_radians());
         let at = |degrees: f32| {
-            Vec3::new(1.0, 2.0, 3.0) + Vec3::new(degrees.to_radians().sin(), 0.0, -degrees.to_radians().cos())
+            Vec3::new(1.0, 2.0, 3.0)
+                + Vec3::new(degrees.to_radians().sin(), 0.0, -degrees.to_radians().cos())
         };
-        for (degrees, in_exact, in_wide) in
-            [(0.0, true, true), (29.0, true, true), (31.0, false, true), (44.0, false, true), (46.0, false, false), (180.0, false, false)]
-        {
+        for (degrees, in_exact, in_wide) in [
+            (0.0, true, true),
+            (29.0, true, true),
+            (31.0, false, true),
+            (44.0, false, true),
+            (46.0, false, false),
+            (180.0, false, false),
+        ] {
             assert_eq!(exact.contains(at(degrees)), in_exact, "{degrees}");
             assert_eq!(wide.contains(at(-degrees)), in_wide, "{degrees}");
-            let b = Aabb { min: at(degrees) - 0.001, max: at(degrees) + 0.001 };
+            let b = Aabb {
+                min: at(degrees) - 0.001,
+                max: at(degrees) + 0.001,
+            };
             assert_eq!(wide.touches(&b), in_wide, "{degrees}");
         }
     }

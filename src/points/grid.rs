@@ -13,10 +13,17 @@ pub fn split(world_from_mesh: &Affine3A) -> Option<(Mat3, Mat3)> {
         return None;
     }
     // A reflection belongs to the scale.
-    let mut rotation = if linear.determinant() < 0.0 { linear * -1.0 } else { linear };
+    let mut rotation = if linear.determinant() < 0.0 {
+        linear * -1.0
+    } else {
+        linear
+    };
     for _ in 0..64 {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
-        let step = (next - rotation).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let step = (next - rotation)
+            .to_cols_array()
+            .iter()
+            .fold(0.0f64, |m, x| m.max(x.abs()));
         rotation = next;
         if step < 1e-12 {
             break;
@@ -40,7 +47,9 @@ pub fn lay(extent: Extent, scale: Mat3, radius: f32, widths: PointWidths) -> Opt
     let cell_edge = 2.0 * radius;
     // Half a cell of margin keeps points that animation or rounding moves a little inside.
     let origin = extent.min - Vec3::splat(0.5 * cell_edge);
-    let cells = ((extent.max - origin) / cell_edge + 0.5).ceil().max(Vec3::ONE);
+    let cells = ((extent.max - origin) / cell_edge + 0.5)
+        .ceil()
+        .max(Vec3::ONE);
     if cells.is_nan()
         || cells.max_element() > u16::MAX as f32
         || cells.x as f64 * cells.y as f64 * cells.z as f64 >= u32::MAX as f64
@@ -80,12 +89,12 @@ pub fn cell_at(grid: &Grid, position: Vec3) -> Option<[u32; 3]> {
 /// tries odd counts upwards: Eq. 1 has strides that share factors with even counts, and some grids
 /// then fall onto a fraction of the buckets. Gives up at 4x the paper's size and returns the count
 /// that overflowed least. `spare` entries of every bucket are to stay free.
-pub fn search_bucket_count(
-    grid: &Grid,
-    occupancies: &[Vec<([u32; 3], u32)>],
-    spare: u32,
-) -> u32 {
-    let cells = occupancies.iter().map(|o| o.iter().map(|c| c.1 as usize).sum()).max().unwrap_or(0);
+pub fn search_bucket_count(grid: &Grid, occupancies: &[Vec<([u32; 3], u32)>], spare: u32) -> u32 {
+    let cells = occupancies
+        .iter()
+        .map(|o| o.iter().map(|c| c.1 as usize).sum())
+        .max()
+        .unwrap_or(0);
     let paper = (4 * cells).div_ceil(BUCKET_ENTRIES).max(1) as u32 | 1;
     let room = BUCKET_ENTRIES as u32 - spare;
     let mut best = (usize::MAX, paper);
@@ -97,11 +106,17 @@ pub fn search_bucket_count(
         for occupancy in occupancies {
             load.clear();
             load.resize(count as usize, 0u32);
-            let trial = Grid { bucket_count: count, ..*grid };
+            let trial = Grid {
+                bucket_count: count,
+                ..*grid
+            };
             for &(cell, chained) in occupancy {
                 load[trial.bucket(cell) as usize] += chained;
             }
-            overflow += load.iter().map(|&l| l.saturating_sub(room) as usize).sum::<usize>();
+            overflow += load
+                .iter()
+                .map(|&l| l.saturating_sub(room) as usize)
+                .sum::<usize>();
         }
         if overflow < best.0 {
             best = (overflow, count);
@@ -125,14 +140,21 @@ mod tests {
     #[test]
     fn split_takes_rotation_off_and_keeps_scale() {
         let rotation = Quat::from_euler(glam::EulerRot::XYZ, 0.3, -1.2, 2.0);
-        for scale in [Vec3::ONE, Vec3::new(0.5, 2.0, 3.0), Vec3::new(-1.0, 1.0, 2.0), Vec3::splat(-0.01)] {
+        for scale in [
+            Vec3::ONE,
+            Vec3::new(0.5, 2.0, 3.0),
+            Vec3::new(-1.0, 1.0, 2.0),
+            Vec3::splat(-0.01),
+        ] {
             let transform = Affine3A::from_scale_rotation_translation(scale, rotation, Vec3::X);
             let (r, s) = split(&transform).unwrap();
             assert!((r.determinant() - 1.0).abs() < 1e-5);
             assert!((r * s).abs_diff_eq(Mat3::from(transform.matrix3), 1e-5));
             // Distances in grid space are distances in the world.
             let (a, b) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 0.5, 1.0));
-            let world = transform.transform_point3(a).distance(transform.transform_point3(b));
+            let world = transform
+                .transform_point3(a)
+                .distance(transform.transform_point3(b));
             assert!((s * (a - b)).length() / world - 1.0 < 1e-5);
         }
         assert!(split(&Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0))).is_none());
@@ -141,7 +163,10 @@ mod tests {
 
     #[test]
     fn a_grid_too_fine_for_32_bits_is_refused() {
-        let extent = Extent { min: Vec3::ZERO, max: Vec3::splat(200.0) };
+        let extent = Extent {
+            min: Vec3::ZERO,
+            max: Vec3::splat(200.0),
+        };
         assert!(lay(extent, Mat3::IDENTITY, 0.05, PointWidths::BITS_32).is_none());
         let grid = lay(extent, Mat3::IDENTITY, 0.5, PointWidths::BITS_32).unwrap();
         assert_eq!(grid.dims, [201, 201, 201]);
@@ -157,22 +182,35 @@ mod tests {
     #[test]
     fn the_search_mends_a_hash_that_collapses() {
         let mut grid = lay(
-            Extent { min: Vec3::ZERO, max: Vec3::new(62.9, 30.9, 62.9) },
+            Extent {
+                min: Vec3::ZERO,
+                max: Vec3::new(62.9, 30.9, 62.9),
+            },
             Mat3::IDENTITY,
             0.5,
             PointWidths::BITS_32,
         )
         .unwrap();
         grid.dims = [64, 32, 64];
-        let floor: Vec<([u32; 3], u32)> =
-            (0..64).flat_map(|x| (0..64).map(move |z| ([x, 3, z], 1))).collect();
+        let floor: Vec<([u32; 3], u32)> = (0..64)
+            .flat_map(|x| (0..64).map(move |z| ([x, 3, z], 1)))
+            .collect();
         let overflow = |bucket_count: u32| {
-            let grid = Grid { bucket_count, ..grid };
+            let grid = Grid {
+                bucket_count,
+                ..grid
+            };
             let mut load = vec![0u32; bucket_count as usize];
-            floor.iter().for_each(|(c, _)| load[grid.bucket(*c) as usize] += 1);
+            floor
+                .iter()
+                .for_each(|(c, _)| load[grid.bucket(*c) as usize] += 1);
             load.iter().map(|l| l.saturating_sub(8)).sum::<u32>()
         };
-        assert!(overflow(2048) > 4096 * 8 / 10, "the trap is gone: {}", overflow(2048));
+        assert!(
+            overflow(2048) > 4096 * 8 / 10,
+            "the trap is gone: {}",
+            overflow(2048)
+        );
         let found = search_bucket_count(&grid, std::slice::from_ref(&floor), 0);
         assert_eq!(overflow(found), 0, "{found} buckets");
         assert!(found < 2 * 2048);

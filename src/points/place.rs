@@ -78,7 +78,10 @@ fn running_area(scene: &Scene, rest: &Pose, instance: usize, scale: Mat3) -> Vec
 
 /// Surface of an instance of the rest pose that [`place`] spreads points over, in square metres.
 pub fn area(scene: &Scene, rest: &Pose, instance: usize, scale: Mat3) -> f64 {
-    running_area(scene, rest, instance, scale).last().copied().unwrap_or(0.0)
+    running_area(scene, rest, instance, scale)
+        .last()
+        .copied()
+        .unwrap_or(0.0)
 }
 
 /// Places points on an instance of the rest pose. `scale` is the part of its transform that is
@@ -123,18 +126,34 @@ pub fn place(
         let [a, b, c] = [0, 1, 2].map(|k| corner(t, k));
         let surface = scene.surface(rest, instance, t, u, v);
         positions.push(a + (b - a) * u + (c - a) * v);
-        normals.push(if back { -surface.normal } else { surface.normal });
-        sites.push(Site { triangle: t as u32, u, v, back });
+        normals.push(if back {
+            -surface.normal
+        } else {
+            surface.normal
+        });
+        sites.push(Site {
+            triangle: t as u32,
+            u,
+            v,
+            back,
+        });
     }
 
     let candidates = sites.len();
     let target = ((candidates as f64 / density.thinning as f64).ceil() as usize).min(candidates);
     let order = eliminate(&positions, &normals, target, density.radius(), T_N);
-    Placement { sites: order.iter().map(|&i| sites[i as usize]).collect(), candidates }
+    Placement {
+        sites: order.iter().map(|&i| sites[i as usize]).collect(),
+        candidates,
+    }
 }
 
 /// Maps the unit square to barycentric weights of the second and third vertex, uniform in area
 /// (the square is folded along its diagonal, which is cheaper than a square root).
 fn uniform_barycentrics(a: f32, b: f32) -> (f32, f32) {
-    if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) }
+    if a + b > 1.0 {
+        (1.0 - a, 1.0 - b)
+    } else {
+        (a, b)
+    }
 }

@@ -59,7 +59,13 @@ impl Store {
             grid,
             overflow,
             buckets: vec![Bucket([EMPTY; BUCKET_ENTRIES]); buckets],
-            cells: vec![Cell { key: EMPTY, points: [0; CELL_POINTS] }; cells],
+            cells: vec![
+                Cell {
+                    key: EMPTY,
+                    points: [0; CELL_POINTS]
+                };
+                cells
+            ],
             owners: vec![[EMPTY; CELL_POINTS]; cells],
             places: vec![EMPTY; points],
             free_cells: (0..cells as u32).rev().collect(),
@@ -147,7 +153,9 @@ impl Store {
             self.dropped_cells += u64::from(self.dropped_keys.insert(key));
             return false;
         }
-        let Some(index) = self.free_cells.pop() else { return false };
+        let Some(index) = self.free_cells.pop() else {
+            return false;
+        };
         self.buckets[bucket].0[entries] = index;
         self.mark_bucket(bucket);
         self.cells[index as usize].key = key;
@@ -166,7 +174,10 @@ impl Store {
     fn remove(&mut self, point: u32) {
         let (index, slot) = split_place(self.places[point as usize]);
         self.places[point as usize] = EMPTY;
-        let last = self.owners[index].iter().rposition(|&o| o != EMPTY).unwrap_or(slot);
+        let last = self.owners[index]
+            .iter()
+            .rposition(|&o| o != EMPTY)
+            .unwrap_or(slot);
         self.cells[index].points.swap(slot, last);
         self.owners[index].swap(slot, last);
         self.cells[index].points[last] = 0;
@@ -212,7 +223,10 @@ impl Store {
         }
         self.dirty_buckets.sort_unstable();
         self.dirty_cells.sort_unstable();
-        (std::mem::take(&mut self.dirty_buckets), std::mem::take(&mut self.dirty_cells))
+        (
+            std::mem::take(&mut self.dirty_buckets),
+            std::mem::take(&mut self.dirty_cells),
+        )
     }
 }
 
@@ -229,7 +243,11 @@ mod tests {
 
     fn grid(bucket_count: u32, cell_capacity: u32) -> Grid {
         Grid {
-            grid_from_mesh: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+            grid_from_mesh: [
+                [1.0, 0.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, 1.0, 0.0],
+            ],
             dims: [6, 5, 4],
             cell_edge: 1.0,
             radius: 0.5,
@@ -261,7 +279,11 @@ mod tests {
         let mut at: BTreeMap<u32, ([u32; 3], u32)> = BTreeMap::new();
         for step in 0..6000u32 {
             let point = (rng.next() % 300) as u32;
-            let cell = [rng.next() as u32 % 6, rng.next() as u32 % 5, rng.next() as u32 % 4];
+            let cell = [
+                rng.next() as u32 % 6,
+                rng.next() as u32 % 5,
+                rng.next() as u32 % 4,
+            ];
             let word = 1 << 31 | step;
             store.set(point, Some(cell), word);
             at.remove(&point);
@@ -310,13 +332,25 @@ mod tests {
         let (mut buckets, mut cells) = (store.buckets().to_vec(), store.cells().to_vec());
         for _ in 0..50 {
             for _ in 0..40 {
-                let cell = [rng.next() as u32 % 6, rng.next() as u32 % 5, rng.next() as u32 % 4];
-                store.set(rng.next() as u32 % 200, Some(cell), rng.next() as u32 | 1 << 31);
+                let cell = [
+                    rng.next() as u32 % 6,
+                    rng.next() as u32 % 5,
+                    rng.next() as u32 % 4,
+                ];
+                store.set(
+                    rng.next() as u32 % 200,
+                    Some(cell),
+                    rng.next() as u32 | 1 << 31,
+                );
             }
             let (dirty_buckets, dirty_cells) = store.take_dirty();
             assert!(dirty_buckets.is_sorted() && dirty_cells.is_sorted());
-            dirty_buckets.iter().for_each(|&b| buckets[b as usize] = store.buckets()[b as usize]);
-            dirty_cells.iter().for_each(|&c| cells[c as usize] = store.cells()[c as usize]);
+            dirty_buckets
+                .iter()
+                .for_each(|&b| buckets[b as usize] = store.buckets()[b as usize]);
+            dirty_cells
+                .iter()
+                .for_each(|&c| cells[c as usize] = store.cells()[c as usize]);
             assert_eq!((&buckets[..], &cells[..]), (store.buckets(), store.cells()));
         }
         assert_eq!(store.take_dirty(), (vec![], vec![]));

@@ -267,12 +267,29 @@ impl<'s> Stream<'s> {
         };
         report.frames = self.frame;
         report.stage_ms = self.stages.scaled(1.0 / ticks as f64);
-        report.cells = self.server.tracks().iter().map(|t| t.store.used_cells()).sum();
-        report.dropped_points = self.server.tracks().iter().map(|t| t.store.dropped_points).sum();
-        report.dropped_cells = self.server.tracks().iter().map(|t| t.store.dropped_cells).sum();
+        report.cells = self
+            .server
+            .tracks()
+            .iter()
+            .map(|t| t.store.used_cells())
+            .sum();
+        report.dropped_points = self
+            .server
+            .tracks()
+            .iter()
+            .map(|t| t.store.dropped_points)
+            .sum();
+        report.dropped_cells = self
+            .server
+            .tracks()
+            .iter()
+            .map(|t| t.store.dropped_cells)
+            .sum();
         report.mbps_steady = rate(report.bytes_steady, self.steady_frames);
-        report.mbps_with_keyframes =
-            rate(report.bytes_startup + report.bytes_keyframes + report.bytes_steady, self.frame);
+        report.mbps_with_keyframes = rate(
+            report.bytes_startup + report.bytes_keyframes + report.bytes_steady,
+            self.frame,
+        );
         Ok(report)
     }
 
@@ -294,8 +311,12 @@ impl<'s> Stream<'s> {
                 track.store.take_dirty();
                 let buckets = track.store.buckets().iter().enumerate();
                 let cells = track.store.cells().iter().enumerate();
-                let buckets = buckets.filter(|(_, b)| b.0[0] != EMPTY).map(|(i, b)| (i as u32, *b));
-                let cells = cells.filter(|(_, c)| c.key != EMPTY).map(|(i, c)| (i as u32, *c));
+                let buckets = buckets
+                    .filter(|(_, b)| b.0[0] != EMPTY)
+                    .map(|(i, b)| (i as u32, *b));
+                let cells = cells
+                    .filter(|(_, c)| c.key != EMPTY)
+                    .map(|(i, c)| (i as u32, *c));
                 Part::new(t, buckets, cells)
             })
             .collect();
@@ -319,7 +340,9 @@ impl<'s> Stream<'s> {
                 let cells = cells.into_iter().map(|c| (c, store.cells()[c as usize]));
                 let part = Part::new(
                     t,
-                    buckets.into_iter().map(|b| (b, store.buckets()[b as usize])),
+                    buckets
+                        .into_iter()
+                        .map(|b| (b, store.buckets()[b as usize])),
                     cells.filter(|(_, c)| c.key != EMPTY),
                 );
                 (!part.buckets.is_empty() || !part.cells.is_empty()).then_some(part)
@@ -342,14 +365,22 @@ impl<'s> Stream<'s> {
             }
         }
         if !changed.is_empty() {
-            self.encoder.transforms(out, &changed, self.job.compression)?;
+            self.encoder
+                .transforms(out, &changed, self.job.compression)?;
         }
         Ok(())
     }
 
-    fn write_points(&mut self, out: &mut Vec<u8>, coverage: Coverage, parts: &[Part]) -> Result<()> {
+    fn write_points(
+        &mut self,
+        out: &mut Vec<u8>,
+        coverage: Coverage,
+        parts: &[Part],
+    ) -> Result<()> {
         let updates: Vec<Update> = parts.iter().map(Part::update).collect();
-        Ok(self.encoder.points(out, coverage, &updates, self.job.compression)?)
+        Ok(self
+            .encoder
+            .points(out, coverage, &updates, self.job.compression)?)
     }
 
     fn commit(&mut self, out: &mut Vec<u8>, digest: Option<u64>) -> Result<()> {
@@ -363,7 +394,12 @@ impl<'s> Stream<'s> {
         let mut digest = StateDigest::new();
         for (t, track) in self.server.tracks().iter().enumerate() {
             let store = &track.store;
-            digest.track(t as u32, self.sent_transforms[t].as_ref(), store.buckets(), store.cells());
+            digest.track(
+                t as u32,
+                self.sent_transforms[t].as_ref(),
+                store.buckets(),
+                store.cells(),
+            );
         }
         digest.finish()
     }
@@ -390,7 +426,13 @@ impl Part {
     ) -> Part {
         let (bucket_indices, buckets) = buckets.unzip();
         let (cell_indices, cells) = cells.unzip();
-        Part { track: track as u32, bucket_indices, buckets, cell_indices, cells }
+        Part {
+            track: track as u32,
+            bucket_indices,
+            buckets,
+            cell_indices,
+            cells,
+        }
     }
 
     fn update(&self) -> Update<'_> {
@@ -417,7 +459,11 @@ fn declare(scene: &Scene, t: usize, track: &Track) -> codec::Track {
         },
         aabb_min: bounds.min.to_array(),
         aabb_max: bounds.max.to_array(),
-        space: if track.looks_up_rest_pose() { LookupSpace::Rest } else { LookupSpace::Mesh },
+        space: if track.looks_up_rest_pose() {
+            LookupSpace::Rest
+        } else {
+            LookupSpace::Mesh
+        },
         model: Model::Points(*track.store.grid()),
     }
 }
@@ -429,6 +475,10 @@ fn transform(track: &Track, pose: &Pose) -> Transform {
     let t = world.translation;
     let row = |r: glam::Vec3A, t: f32| [r.x, r.y, r.z, t];
     Transform {
-        world_from_grid: [row(rows.x_axis, t.x), row(rows.y_axis, t.y), row(rows.z_axis, t.z)],
+        world_from_grid: [
+            row(rows.x_axis, t.x),
+            row(rows.y_axis, t.y),
+            row(rows.z_axis, t.z),
+        ],
     }
 }

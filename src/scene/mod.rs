@@ -211,7 +211,10 @@ pub enum LightKind {
     Directional,
     Point,
     /// Half angles in radians.
-    Spot { inner: f32, outer: f32 },
+    Spot {
+        inner: f32,
+        outer: f32,
+    },
 }
 
 /// One animated property of one node.
@@ -237,7 +240,10 @@ pub enum ChannelValues {
     Rotation(Vec<Quat>),
     Scale(Vec<Vec3>),
     /// `targets` values a key.
-    MorphWeights { targets: usize, values: Vec<f32> },
+    MorphWeights {
+        targets: usize,
+        values: Vec<f32>,
+    },
 }
 
 /// The scene at one time.

@@ -131,7 +131,10 @@ mod tests {
     fn only_files_are_read() {
         for uri in ["../../../../../../../../../../../dev/zero", "."] {
             let error = resolve(uri, Some(Path::new("/tmp")), "buffer 0").unwrap_err();
-            assert!(error.contains("name a file") || error.contains("No such"), "{error}");
+            assert!(
+                error.contains("name a file") || error.contains("No such"),
+                "{error}"
+            );
         }
     }
 

@@ -1,6 +1,8 @@
 //! What the server refuses and how instances share points.
 
 use super::*;
+use crate::points::place::Density;
+use glam::Vec3;
 use crate::scene::{Instance, Material, Mesh, Node, Skin};
 use glam::{Mat4, Quat};
 
@@ -34,9 +36,16 @@ fn bound_at(sizes: &[f32]) -> Scene {
         meshes: vec![mesh],
         materials: vec![Material::default()],
         // A frame and below it a joint for each.
-        nodes: sizes.iter().enumerate().flat_map(|(i, &s)| [node(None, 1.0), node(Some(2 * i), s)]).collect(),
+        nodes: sizes
+            .iter()
+            .enumerate()
+            .flat_map(|(i, &s)| [node(None, 1.0), node(Some(2 * i), s)])
+            .collect(),
         skins: (0..sizes.len())
-            .map(|i| Skin { joints: vec![2 * i + 1], inverse_bind: vec![Mat4::IDENTITY] })
+            .map(|i| Skin {
+                joints: vec![2 * i + 1],
+                inverse_bind: vec![Mat4::IDENTITY],
+            })
             .collect(),
         instances: (0..sizes.len())
             .map(|i| Instance {
@@ -51,7 +60,13 @@ fn bound_at(sizes: &[f32]) -> Scene {
 }
 
 fn server(scene: &Scene, candidates: f32) -> Result<Server<'_>> {
-    let options = Options { density: Density { candidates, thinning: 2.0 }, ..Options::default() };
+    let options = Options {
+        density: Density {
+            candidates,
+            thinning: 2.0,
+        },
+        ..Options::default()
+    };
     Server::new(scene, options, 0.0)
 }
 
@@ -61,8 +76,13 @@ fn skins_of_other_sizes_have_points_of_their_own() {
     let server = server(&scene, 100.0).expect("a server");
     let points: Vec<usize> = server.tracks().iter().map(Track::points).collect();
     assert_eq!(points, [800, 50, 800]);
-    let same = |a: usize, b: usize| Arc::ptr_eq(&server.tracks()[a].template, &server.tracks()[b].template);
-    assert!(same(0, 2) && !same(0, 1), "only skins of one size share points");
+    let same = |a: usize, b: usize| {
+        Arc::ptr_eq(&server.tracks()[a].template, &server.tracks()[b].template)
+    };
+    assert!(
+        same(0, 2) && !same(0, 1),
+        "only skins of one size share points"
+    );
 }
 
 #[test]
