@@ -7,7 +7,7 @@ use core::mem;
 use crate::Limits;
 use crate::container::compress::Unpacker;
 use crate::container::{
-    HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, record_type,
+    HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };
 use crate::error::{Failure, Fault, Limit, Result};
 use crate::points::State;
@@ -461,12 +461,26 @@ impl Decoder {
     /// A whole record: checks its CRC, unpacks it and hands it on.
     fn record(&mut self, stored: &[u8]) -> core::result::Result<Option<Event>, Failure> {
         let header = self.header;
-        if crc32c(stored) != header.payload_crc {
-            return Err(Fault::PayloadChecksum.into());
-        }
         let packing =
             Unpacker::check_lengths(header.packing, header.stored_bytes, header.unpacked_bytes)?;
         let bytes = header.unpacked_bytes as usize;
+        if header.record_type == record_type::POINTS && packing == Packing::None {
+            // The copy is staged only once its CRC is known to match.
+            let room = self.session.points_room(bytes, &self.limits);
+            let (crc, room) = match room {
+                Ok(room) => (crc32c_copy(stored, room), Ok(())),
+                Err(failure) => (crc32c(stored), Err(failure)),
+            };
+            if crc != header.payload_crc {
+                return Err(Fault::PayloadChecksum.into());
+            }
+            room?;
+            self.session.points(bytes)?;
+            return Ok(None);
+        }
+        if crc32c(stored) != header.payload_crc {
+            return Err(Fault::PayloadChecksum.into());
+        }
         let window = self.limits.zstd_window_bytes;
         if header.record_type == record_type::POINTS {
             let room = self.session.points_room(bytes, &self.limits)?;

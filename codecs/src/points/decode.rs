@@ -142,9 +142,9 @@ impl StagedPoints {
         for live in tracks.iter_mut() {
             if live.staged || emptied {
                 let cells = region(live.first_cell, live.track.grid().cell_capacity);
-                let homes = state.next_homes[cells.clone()].iter_mut();
-                for (home, cell) in homes.zip(&state.cells[cells]) {
-                    *home = live.hasher.home(cell.key);
+                let keys = state.next_keys[cells.clone()].iter_mut();
+                for (key, cell) in keys.zip(&state.cells[cells]) {
+                    *key = cell.key;
                 }
             }
             live.staged = false;

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, State};
+use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Hasher, State};
 use crate::error::Fault;
 use crate::track::LiveTrack;
 
@@ -108,18 +108,20 @@ fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] 
     })
 }
 
-/// Turns gaps into indices, in place.
+/// Turns gaps into indices, in place. After a fault the bytes mean nothing.
 fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
     let mut next = 0u64;
     for gap in bytes.as_chunks_mut::<4>().0 {
         let index = next + u64::from(word(*gap));
-        if index >= u64::from(bound) {
-            return Err(fault);
-        }
         *gap = (index as u32).to_le_bytes();
         next = index + 1;
     }
-    Ok(())
+    // They ascend, so the last one is the largest.
+    if next <= u64::from(bound) {
+        Ok(())
+    } else {
+        Err(fault)
+    }
 }
 
 pub(super) fn check_track(
@@ -135,18 +137,18 @@ pub(super) fn check_track(
     let cell_gaps = &mut bytes[staged.cell_indices.clone()];
     gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
     let sections = Sections::new(bytes, staged);
-    let homes = &mut state.next_homes[region(live.first_cell, grid.cell_capacity)];
+    let keys = &mut state.next_keys[region(live.first_cell, grid.cell_capacity)];
     if staged.keyframe && !emptied {
-        homes.fill(EMPTY);
+        keys.fill(EMPTY);
     }
     let buckets = (!staged.keyframe && !emptied)
         .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
     match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, buckets, homes)?,
-        24 => check_cells::<3, 21>(&sections, live, buckets, homes)?,
-        _ => check_cells::<4, 28>(&sections, live, buckets, homes)?,
+        16 => check_cells::<2, 14>(&sections, live, buckets, keys)?,
+        24 => check_cells::<3, 21>(&sections, live, buckets, keys)?,
+        _ => check_cells::<4, 28>(&sections, live, buckets, keys)?,
     }
-    check_buckets(&sections, homes)
+    check_buckets(&sections, &live.hasher, keys)
 }
 
 /// Keys inside the grid; points within their width, used ones first; free cells without points. In
@@ -156,48 +158,30 @@ fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     live: &LiveTrack,
     committed: Option<&[Bucket]>,
-    next_homes: &mut [u32],
+    next_keys: &mut [u32],
 ) -> Result<(), Fault> {
-    let grid = live.track.grid();
     // The volume is at most 2^32 - 1.
-    let volume = grid.volume() as u32;
-    let top = grid.widths.bits() - 1;
+    let volume = live.track.grid().volume() as u32;
     let cells = sections.cell_indices.iter().zip(sections.keys);
     for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
         let (index, key) = (word(*index), word(*key));
         if key >= volume && key != EMPTY {
             return Err(Fault::CellKey);
         }
-        let points = points::<B, S>(cell);
-        // Two tests over all seven points at once: a used point is its highest bit and whatever is
-        // below, and after an unused one there is none.
-        let mut used = 0u32;
-        let mut wrong = 0u32;
-        for (i, &point) in points.iter().enumerate() {
-            let present = u32::from(point != 0);
-            used |= present << i;
-            wrong |= point >> top ^ present;
-        }
-        if wrong != 0 {
-            return Err(Fault::PointBits);
-        }
-        if used & (used + 1) != 0 {
-            return Err(Fault::PointCompact);
-        }
-        if key == EMPTY && used != 0 {
-            return Err(Fault::FreeCell);
-        }
-        let home = live.hasher.home(key);
-        let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
-        let old_home = core::mem::replace(next, home);
-        if old_home != home
-            && old_home != EMPTY
+        check_points(points::<B, S>(cell), 1 << (8 * B - 1), key == EMPTY)?;
+        let next = next_keys.get_mut(index as usize).ok_or(Fault::CellIndex)?;
+        let old = core::mem::replace(next, key);
+        if old != key
+            && old != EMPTY
             && let Some(buckets) = committed
         {
-            let bucket = sections
-                .find_bucket(old_home)
-                .unwrap_or(buckets[old_home as usize]);
-            if bucket.0.contains(&index) {
+            let old_home = live.hasher.bucket_of_key(old);
+            let moved = key == EMPTY || live.hasher.bucket_of_key(key) != old_home;
+            let named = || match sections.find_bucket(old_home) {
+                Some(bucket) => bucket.0.contains(&index),
+                None => buckets[old_home as usize].0.contains(&index),
+            };
+            if moved && named() {
                 return Err(Fault::CellMoved);
             }
         }
@@ -205,8 +189,32 @@ fn check_cells<const B: usize, const S: usize>(
     Ok(())
 }
 
+/// Each point is 0 or has the bit `there`, no point stands after a 0, and a free cell has none.
+#[inline(always)]
+fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<(), Fault> {
+    // Without branches, since how many points a cell has is anyone's guess. `p | -p` has the bit if
+    // p is not 0; then p must have it, and so must the point before.
+    let mut before = if free { 0 } else { there };
+    let mut wrong = 0;
+    for point in points {
+        wrong |= (point | point.wrapping_neg()) & !(point & before);
+        before = point;
+    }
+    if wrong & there == 0 {
+        return Ok(());
+    }
+    if points.iter().any(|&p| p != 0 && p & there == 0) {
+        return Err(Fault::PointBits);
+    }
+    let used = points.iter().take_while(|&&p| p != 0).count();
+    if points[used..].iter().any(|&p| p != 0) {
+        return Err(Fault::PointCompact);
+    }
+    Err(Fault::FreeCell)
+}
+
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Fault> {
+fn check_buckets(sections: &Sections<'_>, hasher: &Hasher, next_keys: &[u32]) -> Result<(), Fault> {
     for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
         let index = word(*index);
         let Bucket(entries) = bucket(bytes);
@@ -217,19 +225,36 @@ fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Faul
         if used & (used + 1) != 0 {
             return Err(Fault::BucketCompact);
         }
+        let twice = names_twice(&entries);
         let count = used.count_ones() as usize;
         for (i, &entry) in entries.iter().enumerate().take(count) {
-            match next_homes.get(entry as usize) {
+            match next_keys.get(entry as usize) {
                 None => return Err(Fault::BucketEntry),
-                Some(&home) if home != index => return Err(Fault::EntryHash),
+                Some(&key) if key == EMPTY || hasher.bucket_of_key(key) != index => {
+                    return Err(Fault::EntryHash);
+                }
                 Some(_) => {}
             }
-            if entries[..i].contains(&entry) {
+            if twice && entries[..i].contains(&entry) {
                 return Err(Fault::BucketTwice);
             }
         }
     }
     Ok(())
+}
+
+/// Whether two used entries are equal. Every entry against those one to four places on, all round,
+/// is every pair, in four steps of eight lanes.
+#[inline(always)]
+fn names_twice(entries: &[u32; BUCKET_ENTRIES]) -> bool {
+    let mut twice = 0;
+    for shift in 1..=BUCKET_ENTRIES / 2 {
+        for i in 0..BUCKET_ENTRIES {
+            let same = entries[i] == entries[(i + shift) % BUCKET_ENTRIES];
+            twice |= u32::from(same & (entries[i] != EMPTY));
+        }
+    }
+    twice != 0
 }
 
 pub(super) fn apply_buckets(

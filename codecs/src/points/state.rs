@@ -32,10 +32,9 @@ pub struct DirtyRange {
 pub struct State {
     pub(super) buckets: Vec<Bucket>,
     pub(super) cells: Vec<Cell>,
-    /// The bucket that each cell's key hashes to after the frame in the making, [`EMPTY`] for a free
-    /// cell. Hashing runs over the cells in order, and the checks of bucket entries, which jump,
-    /// read four bytes a cell. Agrees with `cells` between frames.
-    pub(super) next_homes: Vec<u32>,
+    /// The key that each cell has after the frame in the making: the checks of bucket entries, which
+    /// jump, read four bytes a cell. Agrees with `cells` between frames.
+    pub(super) next_keys: Vec<u32>,
     free_buckets: Regions,
     free_cells: Regions,
     pub(super) dirty_buckets: DirtyList,
@@ -112,12 +111,12 @@ impl State {
         // Exact: an array that doubled would break the promise of the limit.
         self.buckets.reserve_exact(new_buckets as usize);
         self.cells.reserve_exact(new_cells as usize);
-        self.next_homes.reserve_exact(new_cells as usize);
+        self.next_keys.reserve_exact(new_cells as usize);
         let first_bucket = taken_buckets.unwrap_or(self.buckets.len() as u32);
         let first_cell = taken_cells.unwrap_or(self.cells.len() as u32);
         self.buckets.resize(buckets_len as usize, Bucket::EMPTY);
         self.cells.resize(cells_len as usize, Cell::FREE);
-        self.next_homes.resize(cells_len as usize, EMPTY);
+        self.next_keys.resize(cells_len as usize, EMPTY);
         self.dirty_buckets.add(first_bucket, first_bucket + buckets);
         self.dirty_cells.add(first_cell, first_cell + cells);
         Ok((first_bucket, first_cell))
@@ -136,7 +135,7 @@ impl State {
         let cells = region(first_cell, grid.cell_capacity);
         self.buckets[buckets].fill(Bucket::EMPTY);
         self.cells[cells.clone()].fill(Cell::FREE);
-        self.next_homes[cells].fill(EMPTY);
+        self.next_keys[cells].fill(EMPTY);
         self.dirty_buckets
             .add(first_bucket, first_bucket + grid.bucket_count);
         self.dirty_cells
@@ -145,14 +144,14 @@ impl State {
 
     /// The frame in the making starts from free cells.
     pub(crate) fn expect_nothing(&mut self) {
-        self.next_homes.fill(EMPTY);
+        self.next_keys.fill(EMPTY);
     }
 
     /// Forgets all tracks; keeps the memory.
     pub(crate) fn reset(&mut self) {
         self.buckets.clear();
         self.cells.clear();
-        self.next_homes.clear();
+        self.next_keys.clear();
         self.free_buckets.clear();
         self.free_cells.clear();
         self.clear_dirty();
