@@ -95,9 +95,22 @@ fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] 
     // Spelled out for each width, so that every point is one load.
     core::array::from_fn(|i| match B {
         2 => u32::from(u16::from_le_bytes([cell[2 * i], cell[2 * i + 1]])),
+        // The last one from the byte before it, as the cell ends there.
+        3 if 3 * i + 4 > S => {
+            word([
+                cell[3 * i - 1],
+                cell[3 * i],
+                cell[3 * i + 1],
+                cell[3 * i + 2],
+            ]) >> 8
+        }
         3 => {
-            let low = u16::from_le_bytes([cell[3 * i], cell[3 * i + 1]]);
-            u32::from(low) | u32::from(cell[3 * i + 2]) << 16
+            word([
+                cell[3 * i],
+                cell[3 * i + 1],
+                cell[3 * i + 2],
+                cell[3 * i + 3],
+            ]) & 0xff_ffff
         }
         _ => word([
             cell[4 * i],
@@ -213,29 +226,72 @@ fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<()
     Err(Fault::FreeCell)
 }
 
+/// Buckets that are checked at once.
+const BUCKET_BLOCK: usize = 32;
+
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
 fn check_buckets(sections: &Sections<'_>, hasher: &Hasher, next_keys: &[u32]) -> Result<(), Fault> {
-    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
-        let index = word(*index);
-        let Bucket(entries) = bucket(bytes);
-        let mut used = 0u32;
+    let indices = sections.bucket_indices.chunks(BUCKET_BLOCK);
+    for (indices, buckets) in indices.zip(sections.buckets.chunks(BUCKET_BLOCK)) {
+        if !buckets_are_right(indices, buckets, hasher, next_keys) {
+            find_fault(indices, buckets, hasher, next_keys)?;
+        }
+    }
+    Ok(())
+}
+
+/// The checks of a block of buckets. The used entries are first drawn together into one list: how
+/// many a bucket has cannot be predicted, and a loop for each bucket would cost more in wrong
+/// guesses than in checks.
+fn buckets_are_right(
+    indices: &[[u8; 4]],
+    buckets: &[[u8; BUCKET_BYTES]],
+    hasher: &Hasher,
+    next_keys: &[u32],
+) -> bool {
+    let mut entries = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
+    let mut homes = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
+    let mut count = 0;
+    let mut wrong = false;
+    for (index, bytes) in indices.iter().zip(buckets) {
+        let bucket = bucket(bytes);
+        let (Some(used), Some(entries), Some(homes)) = (
+            used_entries(&bucket),
+            entries[count..].first_chunk_mut(),
+            homes[count..].first_chunk_mut(),
+        ) else {
+            return false;
+        };
+        wrong |= names_twice(&bucket);
+        *entries = bucket.0;
+        *homes = [word(*index); BUCKET_ENTRIES];
+        count += used;
+    }
+    for (&entry, &home) in entries[..count].iter().zip(&homes) {
+        let key = next_keys.get(entry as usize).copied().unwrap_or(EMPTY);
+        wrong |= key == EMPTY || hasher.bucket_of_key(key) != home;
+    }
+    !wrong
+}
+
+/// The same checks one by one, in the order of the specification.
+#[cold]
+fn find_fault(
+    indices: &[[u8; 4]],
+    buckets: &[[u8; BUCKET_BYTES]],
+    hasher: &Hasher,
+    next_keys: &[u32],
+) -> Result<(), Fault> {
+    for (index, bytes) in indices.iter().zip(buckets) {
+        let bucket = bucket(bytes);
+        let used = used_entries(&bucket).ok_or(Fault::BucketCompact)?;
+        let entries = &bucket.0[..used];
         for (i, &entry) in entries.iter().enumerate() {
-            used |= u32::from(entry != EMPTY) << i;
-        }
-        if used & (used + 1) != 0 {
-            return Err(Fault::BucketCompact);
-        }
-        let twice = names_twice(&entries);
-        let count = used.count_ones() as usize;
-        for (i, &entry) in entries.iter().enumerate().take(count) {
-            match next_keys.get(entry as usize) {
-                None => return Err(Fault::BucketEntry),
-                Some(&key) if key == EMPTY || hasher.bucket_of_key(key) != index => {
-                    return Err(Fault::EntryHash);
-                }
-                Some(_) => {}
+            let key = *next_keys.get(entry as usize).ok_or(Fault::BucketEntry)?;
+            if key == EMPTY || hasher.bucket_of_key(key) != word(*index) {
+                return Err(Fault::EntryHash);
             }
-            if twice && entries[..i].contains(&entry) {
+            if entries[..i].contains(&entry) {
                 return Err(Fault::BucketTwice);
             }
         }
@@ -243,16 +299,32 @@ fn check_buckets(sections: &Sections<'_>, hasher: &Hasher, next_keys: &[u32]) ->
     Ok(())
 }
 
+/// How many entries are used; `None` if an empty one comes before a used one.
+#[inline(always)]
+fn used_entries(Bucket(entries): &Bucket) -> Option<usize> {
+    let used = entries.map(|entry| u32::from(entry != EMPTY));
+    let count = used.iter().sum::<u32>();
+    let mut gap = 0;
+    for (i, used) in used.into_iter().enumerate() {
+        gap |= used ^ u32::from((i as u32) < count);
+    }
+    (gap == 0).then_some(count as usize)
+}
+
 /// Whether two used entries are equal. Every entry against those one to four places on, all round,
 /// is every pair, in four steps of eight lanes.
 #[inline(always)]
-fn names_twice(entries: &[u32; BUCKET_ENTRIES]) -> bool {
-    let mut twice = 0;
+fn names_twice(Bucket(entries): &Bucket) -> bool {
+    let mut same = [0; BUCKET_ENTRIES];
     for shift in 1..=BUCKET_ENTRIES / 2 {
         for i in 0..BUCKET_ENTRIES {
-            let same = entries[i] == entries[(i + shift) % BUCKET_ENTRIES];
-            twice |= u32::from(same & (entries[i] != EMPTY));
+            let other = entries[(i + shift) % BUCKET_ENTRIES];
+            same[i] |= u32::from(entries[i] == other);
         }
+    }
+    let mut twice = 0;
+    for i in 0..BUCKET_ENTRIES {
+        twice |= same[i] & u32::from(entries[i] != EMPTY);
     }
     twice != 0
 }
