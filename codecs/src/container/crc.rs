@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn a_copy_in_blocks_is_whole_and_has_the_same_sum() {
         let bytes: Vec<u8> = (0..3 * COPY_BLOCK as u32 + 5)
-            .map(|i| (i * 31 >> 3) as u8)
+            .map(|i| ((i * 31) >> 3) as u8)
             .collect();
         for length in [
             0,

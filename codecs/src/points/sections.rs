@@ -1,10 +1,9 @@
-//! The sections of one track in a `points` payload: checked against the state, then written into it.
+//! The sections of one track in a `points` payload, and how they are written into the state.
 
 use core::ops::Range;
 
 use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Hasher, State};
-use crate::error::Fault;
+use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, State};
 use crate::track::LiveTrack;
 
 pub(super) const BUCKET_BYTES: usize = 4 * BUCKET_ENTRIES;
@@ -81,7 +80,7 @@ pub(super) fn word(bytes: [u8; 4]) -> u32 {
 }
 
 #[inline]
-fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
+pub(super) fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
     let mut entries = [0; BUCKET_ENTRIES];
     for (entry, bytes) in entries.iter_mut().zip(bytes.as_chunks::<4>().0) {
         *entry = word(*bytes);
@@ -91,7 +90,7 @@ fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
 
 /// The seven points of a cell, `B` bytes each, `S = 7 B` in all.
 #[inline(always)]
-fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] {
+pub(super) fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] {
     // Spelled out for each width, so that every point is one load.
     core::array::from_fn(|i| match B {
         2 => u32::from(u16::from_le_bytes([cell[2 * i], cell[2 * i + 1]])),
@@ -119,214 +118,6 @@ fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] 
             cell[4 * i + 3],
         ]),
     })
-}
-
-/// Turns gaps into indices, in place. After a fault the bytes mean nothing.
-fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
-    let mut next = 0u64;
-    for gap in bytes.as_chunks_mut::<4>().0 {
-        let index = next + u64::from(word(*gap));
-        *gap = (index as u32).to_le_bytes();
-        next = index + 1;
-    }
-    // They ascend, so the last one is the largest.
-    if next <= u64::from(bound) {
-        Ok(())
-    } else {
-        Err(fault)
-    }
-}
-
-pub(super) fn check_track(
-    bytes: &mut [u8],
-    staged: &StagedTrack,
-    emptied: bool,
-    state: &mut State,
-    live: &LiveTrack,
-) -> Result<(), Fault> {
-    let grid = live.track.grid();
-    let bucket_gaps = &mut bytes[staged.bucket_indices.clone()];
-    gaps_to_indices(bucket_gaps, grid.bucket_count, Fault::BucketIndex)?;
-    let cell_gaps = &mut bytes[staged.cell_indices.clone()];
-    gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
-    let sections = Sections::new(bytes, staged);
-    let keys = &mut state.next_keys[region(live.first_cell, grid.cell_capacity)];
-    if staged.keyframe && !emptied {
-        keys.fill(EMPTY);
-    }
-    let buckets = (!staged.keyframe && !emptied)
-        .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
-    match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, buckets, keys)?,
-        24 => check_cells::<3, 21>(&sections, live, buckets, keys)?,
-        _ => check_cells::<4, 28>(&sections, live, buckets, keys)?,
-    }
-    check_buckets(&sections, &live.hasher, keys)
-}
-
-/// Keys inside the grid; points within their width, used ones first; free cells without points. In
-/// a delta, which has `committed` buckets: cells that changed their key are no longer named by the
-/// bucket of the old one.
-fn check_cells<const B: usize, const S: usize>(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    committed: Option<&[Bucket]>,
-    next_keys: &mut [u32],
-) -> Result<(), Fault> {
-    // The volume is at most 2^32 - 1.
-    let volume = live.track.grid().volume() as u32;
-    let cells = sections.cell_indices.iter().zip(sections.keys);
-    for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
-        let (index, key) = (word(*index), word(*key));
-        if key >= volume && key != EMPTY {
-            return Err(Fault::CellKey);
-        }
-        check_points(points::<B, S>(cell), 1 << (8 * B - 1), key == EMPTY)?;
-        let next = next_keys.get_mut(index as usize).ok_or(Fault::CellIndex)?;
-        let old = core::mem::replace(next, key);
-        if old != key
-            && old != EMPTY
-            && let Some(buckets) = committed
-        {
-            let old_home = live.hasher.bucket_of_key(old);
-            let moved = key == EMPTY || live.hasher.bucket_of_key(key) != old_home;
-            let named = || match sections.find_bucket(old_home) {
-                Some(bucket) => bucket.0.contains(&index),
-                None => buckets[old_home as usize].0.contains(&index),
-            };
-            if moved && named() {
-                return Err(Fault::CellMoved);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Each point is 0 or has the bit `there`, no point stands after a 0, and a free cell has none.
-#[inline(always)]
-fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<(), Fault> {
-    // Without branches, since how many points a cell has is anyone's guess. `p | -p` has the bit if
-    // p is not 0; then p must have it, and so must the point before.
-    let mut before = if free { 0 } else { there };
-    let mut wrong = 0;
-    for point in points {
-        wrong |= (point | point.wrapping_neg()) & !(point & before);
-        before = point;
-    }
-    if wrong & there == 0 {
-        return Ok(());
-    }
-    if points.iter().any(|&p| p != 0 && p & there == 0) {
-        return Err(Fault::PointBits);
-    }
-    let used = points.iter().take_while(|&&p| p != 0).count();
-    if points[used..].iter().any(|&p| p != 0) {
-        return Err(Fault::PointCompact);
-    }
-    Err(Fault::FreeCell)
-}
-
-/// Buckets that are checked at once.
-const BUCKET_BLOCK: usize = 32;
-
-/// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(sections: &Sections<'_>, hasher: &Hasher, next_keys: &[u32]) -> Result<(), Fault> {
-    let indices = sections.bucket_indices.chunks(BUCKET_BLOCK);
-    for (indices, buckets) in indices.zip(sections.buckets.chunks(BUCKET_BLOCK)) {
-        if !buckets_are_right(indices, buckets, hasher, next_keys) {
-            find_fault(indices, buckets, hasher, next_keys)?;
-        }
-    }
-    Ok(())
-}
-
-/// The checks of a block of buckets. The used entries are first drawn together into one list: how
-/// many a bucket has cannot be predicted, and a loop for each bucket would cost more in wrong
-/// guesses than in checks.
-fn buckets_are_right(
-    indices: &[[u8; 4]],
-    buckets: &[[u8; BUCKET_BYTES]],
-    hasher: &Hasher,
-    next_keys: &[u32],
-) -> bool {
-    let mut entries = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
-    let mut homes = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
-    let mut count = 0;
-    let mut wrong = false;
-    for (index, bytes) in indices.iter().zip(buckets) {
-        let bucket = bucket(bytes);
-        let (Some(used), Some(entries), Some(homes)) = (
-            used_entries(&bucket),
-            entries[count..].first_chunk_mut(),
-            homes[count..].first_chunk_mut(),
-        ) else {
-            return false;
-        };
-        wrong |= names_twice(&bucket);
-        *entries = bucket.0;
-        *homes = [word(*index); BUCKET_ENTRIES];
-        count += used;
-    }
-    for (&entry, &home) in entries[..count].iter().zip(&homes) {
-        let key = next_keys.get(entry as usize).copied().unwrap_or(EMPTY);
-        wrong |= key == EMPTY || hasher.bucket_of_key(key) != home;
-    }
-    !wrong
-}
-
-/// The same checks one by one, in the order of the specification.
-#[cold]
-fn find_fault(
-    indices: &[[u8; 4]],
-    buckets: &[[u8; BUCKET_BYTES]],
-    hasher: &Hasher,
-    next_keys: &[u32],
-) -> Result<(), Fault> {
-    for (index, bytes) in indices.iter().zip(buckets) {
-        let bucket = bucket(bytes);
-        let used = used_entries(&bucket).ok_or(Fault::BucketCompact)?;
-        let entries = &bucket.0[..used];
-        for (i, &entry) in entries.iter().enumerate() {
-            let key = *next_keys.get(entry as usize).ok_or(Fault::BucketEntry)?;
-            if key == EMPTY || hasher.bucket_of_key(key) != word(*index) {
-                return Err(Fault::EntryHash);
-            }
-            if entries[..i].contains(&entry) {
-                return Err(Fault::BucketTwice);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// How many entries are used; `None` if an empty one comes before a used one.
-#[inline(always)]
-fn used_entries(Bucket(entries): &Bucket) -> Option<usize> {
-    let used = entries.map(|entry| u32::from(entry != EMPTY));
-    let count = used.iter().sum::<u32>();
-    let mut gap = 0;
-    for (i, used) in used.into_iter().enumerate() {
-        gap |= used ^ u32::from((i as u32) < count);
-    }
-    (gap == 0).then_some(count as usize)
-}
-
-/// Whether two used entries are equal. Every entry against those one to four places on, all round,
-/// is every pair, in four steps of eight lanes.
-#[inline(always)]
-fn names_twice(Bucket(entries): &Bucket) -> bool {
-    let mut same = [0; BUCKET_ENTRIES];
-    for shift in 1..=BUCKET_ENTRIES / 2 {
-        for i in 0..BUCKET_ENTRIES {
-            let other = entries[(i + shift) % BUCKET_ENTRIES];
-            same[i] |= u32::from(entries[i] == other);
-        }
-    }
-    let mut twice = 0;
-    for i in 0..BUCKET_ENTRIES {
-        twice |= same[i] & u32::from(entries[i] != EMPTY);
-    }
-    twice != 0
 }
 
 pub(super) fn apply_buckets(
