@@ -213,3 +213,94 @@ fn names_twice(Bucket(entries): &Bucket) -> bool {
     }
     twice != 0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points::{Grid, PointWidths};
+
+    /// A small number, drawn by a linear congruential generator.
+    fn draw(state: &mut u64, bound: u32) -> u32 {
+        *state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (*state >> 33) as u32 % bound
+    }
+
+    /// The quick checks must pass exactly what the ones of the specification, one by one, pass.
+    #[test]
+    fn quick_checks_of_points_miss_nothing() {
+        let mut state = 5;
+        let mut right = 0;
+        for _ in 0..200_000 {
+            let bytes = 2 + draw(&mut state, 3);
+            let there = 1u32 << (8 * bytes - 1);
+            let used = draw(&mut state, 8) as usize;
+            let mut points: [u32; CELL_POINTS] = core::array::from_fn(|i| {
+                let low = draw(&mut state, there.min(1 << 30)) >> draw(&mut state, 30);
+                if i < used { there | low } else { 0 }
+            });
+            if draw(&mut state, 2) == 0 {
+                let at = draw(&mut state, 7) as usize;
+                points[at] = [0, 1, there, there - 1][draw(&mut state, 4) as usize];
+            }
+            let free = draw(&mut state, 4) == 0;
+            let bits = points.iter().all(|&p| p == 0 || p >= there);
+            let compact = points.windows(2).all(|pair| pair[0] != 0 || pair[1] == 0);
+            let wanted = match (bits, compact, free && points != [0; CELL_POINTS]) {
+                (false, _, _) => Err(Fault::PointBits),
+                (_, false, _) => Err(Fault::PointCompact),
+                (_, _, true) => Err(Fault::FreeCell),
+                _ => Ok(()),
+            };
+            assert_eq!(check_points(points, there, free), wanted, "{points:x?}");
+            right += u32::from(wanted.is_ok());
+        }
+        assert!((50_000..150_000).contains(&right), "{right}");
+    }
+
+    #[test]
+    fn quick_checks_of_buckets_miss_nothing() {
+        let grid = Grid {
+            grid_from_mesh: [[0.0; 4]; 3],
+            dims: [5, 4, 3],
+            cell_edge: 2.0,
+            radius: 1.0,
+            widths: PointWidths::BITS_32,
+            bucket_count: 7,
+            cell_capacity: 60,
+        };
+        let hasher = Hasher::new(&grid);
+        let mut state = 3;
+        let mut right = 0;
+        for _ in 0..20_000 {
+            let mut keys: [u32; 60] = core::array::from_fn(|_| draw(&mut state, 60));
+            keys[draw(&mut state, 60) as usize] = EMPTY;
+            // Right buckets of the cells, and at times one entry that is not.
+            let mut indices = [[0; 4]; 7];
+            let mut buckets = [[0xff; BUCKET_BYTES]; 7];
+            for home in 0..7 {
+                indices[home] = (home as u32).to_le_bytes();
+                let named = (0..60u32)
+                    .filter(|&c| keys[c as usize] != EMPTY)
+                    .filter(|&c| hasher.bucket_of_key(keys[c as usize]) == home as u32);
+                for (entry, cell) in buckets[home].as_chunks_mut::<4>().0.iter_mut().zip(named) {
+                    *entry = cell.to_le_bytes();
+                }
+            }
+            if draw(&mut state, 2) == 0 {
+                let bucket = &mut buckets[draw(&mut state, 7) as usize];
+                let entries = bucket.as_chunks_mut::<4>().0;
+                let from = entries[draw(&mut state, 8) as usize];
+                let entry = [u32::from_le_bytes(from), EMPTY, draw(&mut state, 64)];
+                entries[draw(&mut state, 8) as usize] =
+                    entry[draw(&mut state, 3) as usize].to_le_bytes();
+            }
+            let quick = buckets_are_right(&indices, &buckets, &hasher, &keys);
+            let wanted = find_fault(&indices, &buckets, &hasher, &keys);
+            assert_eq!(quick, wanted.is_ok(), "{wanted:?}");
+            right += u32::from(quick);
+        }
+        assert!((5_000..15_000).contains(&right), "{right}");
+    }
+}
