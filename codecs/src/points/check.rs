@@ -1,8 +1,8 @@
 //! The rules of a track's content in a frame, clauses P-020 to P-030 of `spec/points.md`.
 
-use super::sections::{BUCKET_BYTES, Sections, StagedTrack, bucket, points, word};
+use super::sections::{Sections, StagedTrack, bucket, points, word};
 use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, EMPTY, Hasher, State};
+use super::{Bucket, CELL_POINTS, Cell, EMPTY, State};
 use crate::error::Fault;
 use crate::track::LiveTrack;
 
@@ -35,28 +35,36 @@ pub(super) fn check_track(
     let cell_gaps = &mut bytes[staged.cell_indices.clone()];
     gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
     let sections = Sections::new(bytes, staged);
-    let keys = &mut state.next_keys[region(live.first_cell, grid.cell_capacity)];
+    let cells = region(live.first_cell, grid.cell_capacity);
+    let homes = &mut state.next_homes[cells.clone()];
     if staged.keyframe && !emptied && live.filled {
-        keys.fill(EMPTY);
+        homes.fill(EMPTY);
     }
-    let buckets = (!staged.keyframe && !emptied)
-        .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
+    let committed = (!staged.keyframe && !emptied).then(|| Committed {
+        buckets: &state.buckets[region(live.first_bucket, grid.bucket_count)],
+        cells: &state.cells[cells],
+    });
     match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, buckets, keys)?,
-        24 => check_cells::<3, 21>(&sections, live, buckets, keys)?,
-        _ => check_cells::<4, 28>(&sections, live, buckets, keys)?,
+        16 => check_cells::<2, 14>(&sections, live, committed, homes)?,
+        24 => check_cells::<3, 21>(&sections, live, committed, homes)?,
+        _ => check_cells::<4, 28>(&sections, live, committed, homes)?,
     }
-    check_buckets(&sections, &live.hasher, keys)
+    check_buckets(&sections, homes)
+}
+
+/// What a track had before a delta.
+struct Committed<'a> {
+    buckets: &'a [Bucket],
+    cells: &'a [Cell],
 }
 
 /// Keys inside the grid; points within their width, used ones first; free cells without points. In
-/// a delta, which has `committed` buckets: cells that changed their key are no longer named by the
-/// bucket of the old one.
+/// a delta: cells that changed their key are no longer named by the bucket of the old one.
 fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     live: &LiveTrack,
-    committed: Option<&[Bucket]>,
-    next_keys: &mut [u32],
+    committed: Option<Committed<'_>>,
+    next_homes: &mut [u32],
 ) -> Result<(), Fault> {
     // The volume is at most 2^32 - 1.
     let volume = live.track.grid().volume() as u32;
@@ -67,19 +75,23 @@ fn check_cells<const B: usize, const S: usize>(
             return Err(Fault::CellKey);
         }
         check_points(points::<B, S>(cell), 1 << (8 * B - 1), key == EMPTY)?;
-        let next = next_keys.get_mut(index as usize).ok_or(Fault::CellIndex)?;
-        let old = core::mem::replace(next, key);
-        if old != key
-            && old != EMPTY
-            && let Some(buckets) = committed
+        // Most cells of a delta keep their key. Reading it here also fetches the cell for the write
+        // at the commit.
+        let committed = committed.as_ref();
+        if committed.is_some_and(|c| c.cells[index as usize].key == key) {
+            continue;
+        }
+        let home = live.hasher.home(key);
+        let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
+        let old_home = core::mem::replace(next, home);
+        if old_home != home
+            && old_home != EMPTY
+            && let Some(committed) = committed
         {
-            let old_home = live.hasher.bucket_of_key(old);
-            let moved = key == EMPTY || live.hasher.bucket_of_key(key) != old_home;
-            let named = || match sections.find_bucket(old_home) {
-                Some(bucket) => bucket.0.contains(&index),
-                None => buckets[old_home as usize].0.contains(&index),
-            };
-            if moved && named() {
+            let bucket = sections
+                .find_bucket(old_home)
+                .unwrap_or(committed.buckets[old_home as usize]);
+            if bucket.0.contains(&index) {
                 return Err(Fault::CellMoved);
             }
         }
@@ -111,70 +123,23 @@ fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<()
     Err(Fault::FreeCell)
 }
 
-/// Buckets that are checked at once.
-const BUCKET_BLOCK: usize = 32;
-
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(sections: &Sections<'_>, hasher: &Hasher, next_keys: &[u32]) -> Result<(), Fault> {
-    let indices = sections.bucket_indices.chunks(BUCKET_BLOCK);
-    for (indices, buckets) in indices.zip(sections.buckets.chunks(BUCKET_BLOCK)) {
-        if !buckets_are_right(indices, buckets, hasher, next_keys) {
-            find_fault(indices, buckets, hasher, next_keys)?;
-        }
-    }
-    Ok(())
-}
-
-/// The checks of a block of buckets. The used entries are first drawn together into one list: how
-/// many a bucket has cannot be predicted, and a loop for each bucket would cost more in wrong
-/// guesses than in checks.
-fn buckets_are_right(
-    indices: &[[u8; 4]],
-    buckets: &[[u8; BUCKET_BYTES]],
-    hasher: &Hasher,
-    next_keys: &[u32],
-) -> bool {
-    let mut entries = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
-    let mut homes = [0; BUCKET_BLOCK * BUCKET_ENTRIES];
-    let mut count = 0;
-    let mut wrong = false;
-    for (index, bytes) in indices.iter().zip(buckets) {
-        let bucket = bucket(bytes);
-        let (Some(used), Some(entries), Some(homes)) = (
-            used_entries(&bucket),
-            entries[count..].first_chunk_mut(),
-            homes[count..].first_chunk_mut(),
-        ) else {
-            return false;
-        };
-        wrong |= names_twice(&bucket);
-        *entries = bucket.0;
-        *homes = [word(*index); BUCKET_ENTRIES];
-        count += used;
-    }
-    for (&entry, &home) in entries[..count].iter().zip(&homes) {
-        let key = next_keys.get(entry as usize).copied().unwrap_or(EMPTY);
-        wrong |= key == EMPTY || hasher.bucket_of_key(key) != home;
-    }
-    !wrong
-}
-
-/// The same checks one by one, in the order of the specification.
-#[cold]
-fn find_fault(
-    indices: &[[u8; 4]],
-    buckets: &[[u8; BUCKET_BYTES]],
-    hasher: &Hasher,
-    next_keys: &[u32],
-) -> Result<(), Fault> {
-    for (index, bytes) in indices.iter().zip(buckets) {
-        let bucket = bucket(bytes);
-        let used = used_entries(&bucket).ok_or(Fault::BucketCompact)?;
-        let entries = &bucket.0[..used];
+fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Fault> {
+    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
+        let index = word(*index);
+        let Bucket(entries) = bucket(bytes);
+        let mut used = 0u32;
         for (i, &entry) in entries.iter().enumerate() {
-            let key = *next_keys.get(entry as usize).ok_or(Fault::BucketEntry)?;
-            if key == EMPTY || hasher.bucket_of_key(key) != word(*index) {
-                return Err(Fault::EntryHash);
+            used |= u32::from(entry != EMPTY) << i;
+        }
+        if used & (used + 1) != 0 {
+            return Err(Fault::BucketCompact);
+        }
+        for (i, &entry) in entries.iter().take_while(|&&e| e != EMPTY).enumerate() {
+            match next_homes.get(entry as usize) {
+                None => return Err(Fault::BucketEntry),
+                Some(&home) if home != index => return Err(Fault::EntryHash),
+                Some(_) => {}
             }
             if entries[..i].contains(&entry) {
                 return Err(Fault::BucketTwice);
@@ -184,40 +149,9 @@ fn find_fault(
     Ok(())
 }
 
-/// How many entries are used; `None` if an empty one comes before a used one.
-#[inline(always)]
-fn used_entries(Bucket(entries): &Bucket) -> Option<usize> {
-    let used = entries.map(|entry| u32::from(entry != EMPTY));
-    let count = used.iter().sum::<u32>();
-    let mut gap = 0;
-    for (i, used) in used.into_iter().enumerate() {
-        gap |= used ^ u32::from((i as u32) < count);
-    }
-    (gap == 0).then_some(count as usize)
-}
-
-/// Whether two used entries are equal. Every entry against those one to four places on, all round,
-/// is every pair, in four steps of eight lanes.
-#[inline(always)]
-fn names_twice(Bucket(entries): &Bucket) -> bool {
-    let mut same = [0; BUCKET_ENTRIES];
-    for shift in 1..=BUCKET_ENTRIES / 2 {
-        for i in 0..BUCKET_ENTRIES {
-            let other = entries[(i + shift) % BUCKET_ENTRIES];
-            same[i] |= u32::from(entries[i] == other);
-        }
-    }
-    let mut twice = 0;
-    for i in 0..BUCKET_ENTRIES {
-        twice |= same[i] & u32::from(entries[i] != EMPTY);
-    }
-    twice != 0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::{Grid, PointWidths};
 
     /// A small number, drawn by a linear congruential generator.
     fn draw(state: &mut u64, bound: u32) -> u32 {
@@ -257,50 +191,5 @@ mod tests {
             right += u32::from(wanted.is_ok());
         }
         assert!((50_000..150_000).contains(&right), "{right}");
-    }
-
-    #[test]
-    fn quick_checks_of_buckets_miss_nothing() {
-        let grid = Grid {
-            grid_from_mesh: [[0.0; 4]; 3],
-            dims: [5, 4, 3],
-            cell_edge: 2.0,
-            radius: 1.0,
-            widths: PointWidths::BITS_32,
-            bucket_count: 7,
-            cell_capacity: 60,
-        };
-        let hasher = Hasher::new(&grid);
-        let mut state = 3;
-        let mut right = 0;
-        for _ in 0..20_000 {
-            let mut keys: [u32; 60] = core::array::from_fn(|_| draw(&mut state, 60));
-            keys[draw(&mut state, 60) as usize] = EMPTY;
-            // Right buckets of the cells, and at times one entry that is not.
-            let mut indices = [[0; 4]; 7];
-            let mut buckets = [[0xff; BUCKET_BYTES]; 7];
-            for home in 0..7 {
-                indices[home] = (home as u32).to_le_bytes();
-                let named = (0..60u32)
-                    .filter(|&c| keys[c as usize] != EMPTY)
-                    .filter(|&c| hasher.bucket_of_key(keys[c as usize]) == home as u32);
-                for (entry, cell) in buckets[home].as_chunks_mut::<4>().0.iter_mut().zip(named) {
-                    *entry = cell.to_le_bytes();
-                }
-            }
-            if draw(&mut state, 2) == 0 {
-                let bucket = &mut buckets[draw(&mut state, 7) as usize];
-                let entries = bucket.as_chunks_mut::<4>().0;
-                let from = entries[draw(&mut state, 8) as usize];
-                let entry = [u32::from_le_bytes(from), EMPTY, draw(&mut state, 64)];
-                entries[draw(&mut state, 8) as usize] =
-                    entry[draw(&mut state, 3) as usize].to_le_bytes();
-            }
-            let quick = buckets_are_right(&indices, &buckets, &hasher, &keys);
-            let wanted = find_fault(&indices, &buckets, &hasher, &keys);
-            assert_eq!(quick, wanted.is_ok(), "{wanted:?}");
-            right += u32::from(quick);
-        }
-        assert!((5_000..15_000).contains(&right), "{right}");
     }
 }

@@ -141,9 +141,9 @@ impl StagedPoints {
         for live in tracks.iter_mut() {
             if live.staged || (emptied && live.filled) {
                 let cells = region(live.first_cell, live.track.grid().cell_capacity);
-                let keys = state.next_keys[cells.clone()].iter_mut();
-                for (key, cell) in keys.zip(&state.cells[cells]) {
-                    *key = cell.key;
+                let homes = state.next_homes[cells.clone()].iter_mut();
+                for (home, cell) in homes.zip(&state.cells[cells]) {
+                    *home = live.hasher.home(cell.key);
                 }
             }
             live.staged = false;

@@ -1,6 +1,6 @@
 //! Keys of grid cells, and the hash that finds their bucket (PSAO Eq. 1).
 
-use super::Grid;
+use super::{EMPTY, Grid};
 
 impl Grid {
     /// The dense index of a grid cell, `x + Dx * (y + Dy * z)`. Exact for cells inside `dims`.
@@ -70,6 +70,16 @@ impl Hasher {
             .wrapping_add(rows.wrapping_mul(self.row_factor))
             .wrapping_add(slices.wrapping_mul(self.slice_factor));
         self.buckets.rem(hash)
+    }
+
+    /// The bucket of a cell's key; [`EMPTY`] for a free cell.
+    #[inline]
+    pub(super) fn home(&self, key: u32) -> u32 {
+        if key == EMPTY {
+            EMPTY
+        } else {
+            self.bucket_of_key(key)
+        }
     }
 }
 

@@ -33,9 +33,10 @@ pub struct DirtyRange {
 pub struct State {
     pub(super) buckets: Vec<Bucket>,
     pub(super) cells: Vec<Cell>,
-    /// The key that each cell has after the frame in the making: the checks of bucket entries, which
-    /// jump, read four bytes a cell. Agrees with `cells` between frames.
-    pub(super) next_keys: Vec<u32>,
+    /// The bucket that each cell's key hashes to after the frame in the making, [`EMPTY`] for a free
+    /// cell. Hashing runs over the cells in order, and the checks of bucket entries, which jump,
+    /// read four bytes a cell. Agrees with `cells` between frames.
+    pub(super) next_homes: Vec<u32>,
     free_buckets: FreeRanges,
     free_cells: FreeRanges,
     pub(super) dirty_buckets: DirtyList,
@@ -111,10 +112,10 @@ impl State {
         let new_cells = cells_end as usize - self.cells.len();
         self.buckets.reserve_exact(new_buckets);
         self.cells.reserve_exact(new_cells);
-        self.next_keys.reserve_exact(new_cells);
+        self.next_homes.reserve_exact(new_cells);
         self.buckets.resize(buckets_end as usize, Bucket::EMPTY);
         self.cells.resize(cells_end as usize, Cell::FREE);
-        self.next_keys.resize(cells_end as usize, EMPTY);
+        self.next_homes.resize(cells_end as usize, EMPTY);
         for (grid, &(first_bucket, first_cell)) in tracks.iter().map(Track::grid).zip(&places) {
             self.touch(grid, first_bucket, first_cell);
         }
@@ -135,13 +136,13 @@ impl State {
         let cells = region(first_cell, grid.cell_capacity);
         self.buckets[buckets].fill(Bucket::EMPTY);
         self.cells[cells.clone()].fill(Cell::FREE);
-        self.next_keys[cells].fill(EMPTY);
+        self.next_homes[cells].fill(EMPTY);
         self.touch(grid, first_bucket, first_cell);
     }
 
     /// The frame in the making starts with all cells of a track free.
     pub(crate) fn expect_nothing(&mut self, grid: &Grid, first_cell: u32) {
-        self.next_keys[region(first_cell, grid.cell_capacity)].fill(EMPTY);
+        self.next_homes[region(first_cell, grid.cell_capacity)].fill(EMPTY);
     }
 
     /// The whole of a track is dirty.
@@ -156,7 +157,7 @@ impl State {
     pub(crate) fn reset(&mut self) {
         self.buckets.clear();
         self.cells.clear();
-        self.next_keys.clear();
+        self.next_homes.clear();
         self.free_buckets.clear();
         self.free_cells.clear();
         self.clear_dirty();
