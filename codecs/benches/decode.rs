@@ -1,5 +1,6 @@
 //! Decoding uncompressed `cells` records on one core, as a ratio to `memcpy` of the same bytes in
-//! the same run: `cargo bench -p dapple-codec --bench decode`.
+//! the same run: `cargo bench -p dapple-codec --bench decode`, with `-- WORD` only the rows that
+//! have the word in their names.
 //!
 //! "Cells" counts the bytes of the decoded cells alone, 32 each; "state" adds the buckets, 32 each,
 //! of which a keyframe has one for every two cells here. Time without CRC is the time less that of the same CRC over the same bytes.
@@ -190,6 +191,10 @@ fn main() -> Result<()> {
         every,
         coverage,
     };
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|a| !a.starts_with('-'))
+        .collect();
     for case in [
         case("keyframe, 4k cells, 32 bits", 4096, w32, 1, key),
         case("keyframe, 200k cells, 32 bits", 200_000, w32, 1, key),
@@ -199,6 +204,9 @@ fn main() -> Result<()> {
         case("delta, all of 200k cells, 24 bits", 200_000, w24, 1, delta),
         case("delta, all of 200k cells, 16 bits", 200_000, w16, 1, delta),
     ] {
+        if !words.iter().all(|word| case.name.contains(word.as_str())) {
+            continue;
+        }
         run(&case)?;
     }
     Ok(())

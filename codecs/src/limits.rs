@@ -5,7 +5,12 @@
 /// A decoder's memory stays below `state_bytes` for the state (buckets, cells and four bytes of
 /// bookkeeping a cell), plus `stored_bytes` for a record that is still arriving, plus `frame_bytes`
 /// for the frame that waits for its commit, plus one zstd window where the pure-Rust decoder
-/// serves. Each buffer grows to what was needed and is kept.
+/// serves, plus a few hundred bytes and the path of each live track. Each buffer grows to what was
+/// needed and is kept.
+///
+/// The time of a record is bounded by its unpacked bytes and `state_bytes` together, since a
+/// keyframe of one cell may empty a large track and a digest reads every bucket: lower
+/// `state_bytes` for streams from strangers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one record's payload as stored. Default 256 MiB.

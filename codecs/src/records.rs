@@ -68,7 +68,10 @@ impl Session {
         match start {
             GroupStart::Keyframes => {
                 self.emptied = true;
-                self.state.expect_nothing();
+                for live in self.tracks.iter().filter(|live| live.filled) {
+                    self.state
+                        .expect_nothing(live.track.grid(), live.first_cell);
+                }
             }
             GroupStart::State(digest) => {
                 if self.last.is_none() || digest != self.digest(false) {
@@ -87,8 +90,14 @@ impl Session {
         let (tracks, declared) = (&self.tracks, &mut self.declared);
         let mut next_id = self.next_id;
         read_tracks(payload, limits, |track| {
-            if let Ok(at) = tracks.binary_search_by_key(&track.id, |live| live.track.id) {
-                return match tracks[at].track == track {
+            // A removed one counts as not declared, and its id stays used.
+            let known = tracks.binary_search_by_key(&track.id, |live| live.track.id);
+            if let Some(live) = known
+                .ok()
+                .map(|at| &tracks[at])
+                .filter(|live| !live.removed)
+            {
+                return match live.track == track {
                     true => Ok(()),
                     false => Err(Fault::TrackChanged.into()),
                 };
@@ -111,30 +120,19 @@ impl Session {
             Ok(())
         })?;
         let known = self.tracks.len();
-        for track in self.declared.drain(..) {
-            match self.state.add_track(track.grid(), limits.state_bytes) {
-                Ok((first_bucket, first_cell)) => self.tracks.push(LiveTrack {
-                    hasher: Hasher::new(track.grid()),
-                    track,
-                    first_bucket,
-                    first_cell,
-                    transform: None,
-                    staged: false,
-                    removed: false,
-                }),
-                Err(failure) => {
-                    for live in self.tracks.drain(known..) {
-                        self.state.remove_track(
-                            live.track.grid(),
-                            live.first_bucket,
-                            live.first_cell,
-                        );
-                    }
-                    return Err(failure);
-                }
-            }
+        let places = self.state.add_tracks(&self.declared, limits.state_bytes)?;
+        for (track, (first_bucket, first_cell)) in self.declared.drain(..).zip(places) {
+            self.tracks.push(LiveTrack {
+                hasher: Hasher::new(track.grid()),
+                track,
+                first_bucket,
+                first_cell,
+                transform: None,
+                staged: false,
+                filled: false,
+                removed: false,
+            });
         }
-        self.state.settle_dirty();
         self.next_id = next_id;
         Ok((self.tracks.len() - known) as u32)
     }

@@ -225,6 +225,9 @@ pub struct LiveTrack {
     pub(crate) hasher: Hasher,
     /// The frame in the making has content for it.
     pub(crate) staged: bool,
+    /// The committed state may have content for it. Without, there is nothing to empty, so that
+    /// a stream of bare groups costs no more than its bytes.
+    pub(crate) filled: bool,
     /// The next commit removes it.
     pub(crate) removed: bool,
 }

@@ -252,6 +252,60 @@ fn dirty_ranges_cover_every_change() {
     }
 }
 
+/// From its removal on a track counts as not declared, also before the commit that ends it.
+#[test]
+fn a_removed_track_is_not_declared_again() {
+    let declared = track(3, PointWidths::BITS_32, 5, 6);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.tracks(&mut out, &[declared]).unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    let kept = out.len();
+    encoder.remove_tracks(&mut out, &[3]).unwrap();
+    // The first track record once more, as the next record.
+    let at = records(&out)
+        .into_iter()
+        .find(|&at| header(&out, at).record_type == container::record_type::TRACK)
+        .unwrap();
+    let again = header(&out, at);
+    let payload = out[at + 32..at + 32 + again.stored_bytes as usize].to_vec();
+    let sequence = records(&out).len() as u64;
+    let again = container::RecordHeader { sequence, ..again };
+    let mut decoder = Decoder::new(Limits::default());
+    let bytes = [&out[..], &again.to_bytes(), &payload].concat();
+    assert_eq!(decode(&mut decoder, &bytes).1.unwrap_err().id, 2005);
+    // Before the removal it is taken.
+    let again = container::RecordHeader {
+        sequence: sequence - 1,
+        ..again
+    };
+    let bytes = [&out[..kept], &again.to_bytes(), &payload].concat();
+    decoder.reset();
+    assert_eq!(decode(&mut decoder, &bytes).1.unwrap_err().id, 1019);
+}
+
+/// A record of tracks that are too large together reserves nothing for the first of them.
+#[test]
+fn tracks_beyond_the_limit_take_no_memory() {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    let tracks = [1, 2].map(|id| track(id, PointWidths::BITS_32, 5, 6));
+    encoder.tracks(&mut out, &tracks).unwrap();
+    // Two tracks of 5 buckets and 6 cells count 752 bytes.
+    for (state_bytes, cells) in [(751, 0), (752, 12)] {
+        let limits = Limits {
+            state_bytes,
+            ..Limits::default()
+        };
+        let mut decoder = Decoder::new(limits);
+        let id = if cells == 0 { 2018 } else { 1019 };
+        assert_eq!(decode(&mut decoder, &out).1.unwrap_err().id, id);
+        assert_eq!(decoder.points().cells().len(), cells);
+    }
+}
+
 #[test]
 fn tracks_come_and_go_and_reuse_memory() {
     let mut out = Vec::new();

@@ -6,6 +6,7 @@ mod header;
 mod preamble;
 
 pub use compress::Compression;
+pub(crate) use crc::crc32c_copy;
 pub use header::{HEADER_BYTES, Packing, RecordHeader, record_type};
 pub use preamble::{CONTAINER_VERSION, MAGIC, PREAMBLE_BYTES, Preamble, profile};
 

@@ -4,9 +4,8 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use super::sections::{
-    BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_cells, check_track, word,
-};
+use super::check::check_track;
+use super::sections::{BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_cells, word};
 use super::state::region;
 use super::{Bucket, CELL_POINTS, Cell, State, StateDigest};
 use crate::error::Fault;
@@ -140,7 +139,7 @@ impl StagedPoints {
     /// Drops the frame. `emptied`: it had started from nothing.
     pub(crate) fn revert(&mut self, emptied: bool, state: &mut State, tracks: &mut [LiveTrack]) {
         for live in tracks.iter_mut() {
-            if live.staged || emptied {
+            if live.staged || (emptied && live.filled) {
                 let cells = region(live.first_cell, live.track.grid().cell_capacity);
                 let homes = state.next_homes[cells.clone()].iter_mut();
                 for (home, cell) in homes.zip(&state.cells[cells]) {
@@ -178,8 +177,11 @@ impl StagedPoints {
             }
         }
         for live in tracks.iter_mut() {
-            if emptied && !live.staged {
+            if live.staged {
+                live.filled = true;
+            } else if emptied && live.filled {
                 state.empty_track(live.track.grid(), live.first_bucket, live.first_cell);
+                live.filled = false;
             }
             live.staged = false;
         }

@@ -35,12 +35,15 @@ impl Grid {
 }
 
 /// [`Grid::bucket_of_key`] with its three divisions turned into multiplications.
+///
+/// With `Y = key / Dx = y + Dy z` and `z = key / (Dx Dy)`, Eq. 1 is `key + Y * 16 Dx + z * 14 Dx Dy`
+/// modulo 2^32: both divisions start from the key, and no remainder is needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Hasher {
-    x: Divisor,
-    y: Divisor,
-    y_factor: u32,
-    z_factor: u32,
+    row: Divisor,
+    slice: Divisor,
+    row_factor: u32,
+    slice_factor: u32,
     buckets: Divisor,
 }
 
@@ -49,10 +52,11 @@ impl Hasher {
     pub fn new(grid: &Grid) -> Hasher {
         let [dx, dy, _] = grid.dims.map(|d| u32::from(d).max(1));
         Hasher {
-            x: Divisor::new(dx),
-            y: Divisor::new(dy),
-            y_factor: dx.wrapping_mul(17),
-            z_factor: dx.wrapping_mul(dy).wrapping_mul(31),
+            row: Divisor::new(dx),
+            // A product of two 16-bit numbers.
+            slice: Divisor::new(dx * dy),
+            row_factor: dx.wrapping_mul(16),
+            slice_factor: dx.wrapping_mul(dy).wrapping_mul(14),
             buckets: Divisor::new(grid.bucket_count.max(1)),
         }
     }
@@ -60,16 +64,14 @@ impl Hasher {
     /// The bucket of a dense index.
     #[inline]
     pub fn bucket_of_key(&self, key: u32) -> u32 {
-        let (yz, x) = self.x.div_rem(key);
-        let (z, y) = self.y.div_rem(yz);
-        let hash = x
-            .wrapping_add(y.wrapping_mul(self.y_factor))
-            .wrapping_add(z.wrapping_mul(self.z_factor));
-        self.buckets.div_rem(hash).1
+        let rows = self.row.div(key);
+        let slices = self.slice.div(key);
+        let hash = key
+            .wrapping_add(rows.wrapping_mul(self.row_factor))
+            .wrapping_add(slices.wrapping_mul(self.slice_factor));
+        self.buckets.rem(hash)
     }
-}
 
-impl Hasher {
     /// The bucket of a cell's key; [`EMPTY`] for a free cell.
     #[inline]
     pub(super) fn home(&self, key: u32) -> u32 {
@@ -99,15 +101,16 @@ impl Divisor {
     }
 
     #[inline]
-    fn div_rem(&self, number: u32) -> (u32, u32) {
+    fn div(&self, number: u32) -> u32 {
         if self.reciprocal == 0 {
-            return (number, 0);
+            return number;
         }
-        let quotient = ((u128::from(self.reciprocal) * u128::from(number)) >> 64) as u32;
-        (
-            quotient,
-            number.wrapping_sub(quotient.wrapping_mul(self.value)),
-        )
+        ((u128::from(self.reciprocal) * u128::from(number)) >> 64) as u32
+    }
+
+    #[inline]
+    fn rem(&self, number: u32) -> u32 {
+        number.wrapping_sub(self.div(number).wrapping_mul(self.value))
     }
 }
 
@@ -136,15 +139,15 @@ mod tests {
                 u32::MAX,
             ];
             for number in edges.into_iter().chain((0..10_000).map(|_| next())) {
-                assert_eq!(divisor.div_rem(number), (number / value, number % value));
+                assert_eq!(divisor.div(number), number / value);
+                assert_eq!(divisor.rem(number), number % value);
             }
         }
         for _ in 0..100_000 {
             let (value, number) = ((next() >> (next() % 32)).max(1), next());
-            assert_eq!(
-                Divisor::new(value).div_rem(number),
-                (number / value, number % value)
-            );
+            let divisor = Divisor::new(value);
+            assert_eq!(divisor.div(number), number / value);
+            assert_eq!(divisor.rem(number), number % value);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `points`: ambient occlusion at surface points in hashed grid cells (PSAO §3, `spec/points.md`).
 
+mod check;
 mod decode;
 mod encode;
 mod hash;

@@ -1,10 +1,9 @@
-//! The sections of one track in a `points` payload: checked against the state, then written into it.
+//! The sections of one track in a `points` payload, and how they are written into the state.
 
 use core::ops::Range;
 
 use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, State};
-use crate::error::Fault;
+use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, State};
 use crate::track::LiveTrack;
 
 pub(super) const BUCKET_BYTES: usize = 4 * BUCKET_ENTRIES;
@@ -81,7 +80,7 @@ pub(super) fn word(bytes: [u8; 4]) -> u32 {
 }
 
 #[inline]
-fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
+pub(super) fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
     let mut entries = [0; BUCKET_ENTRIES];
     for (entry, bytes) in entries.iter_mut().zip(bytes.as_chunks::<4>().0) {
         *entry = word(*bytes);
@@ -91,13 +90,26 @@ fn bucket(bytes: &[u8; BUCKET_BYTES]) -> Bucket {
 
 /// The seven points of a cell, `B` bytes each, `S = 7 B` in all.
 #[inline(always)]
-fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] {
+pub(super) fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] {
     // Spelled out for each width, so that every point is one load.
     core::array::from_fn(|i| match B {
         2 => u32::from(u16::from_le_bytes([cell[2 * i], cell[2 * i + 1]])),
+        // The last one from the byte before it, as the cell ends there.
+        3 if 3 * i + 4 > S => {
+            word([
+                cell[3 * i - 1],
+                cell[3 * i],
+                cell[3 * i + 1],
+                cell[3 * i + 2],
+            ]) >> 8
+        }
         3 => {
-            let low = u16::from_le_bytes([cell[3 * i], cell[3 * i + 1]]);
-            u32::from(low) | u32::from(cell[3 * i + 2]) << 16
+            word([
+                cell[3 * i],
+                cell[3 * i + 1],
+                cell[3 * i + 2],
+                cell[3 * i + 3],
+            ]) & 0xff_ffff
         }
         _ => word([
             cell[4 * i],
@@ -106,130 +118,6 @@ fn points<const B: usize, const S: usize>(cell: &[u8; S]) -> [u32; CELL_POINTS] 
             cell[4 * i + 3],
         ]),
     })
-}
-
-/// Turns gaps into indices, in place.
-fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
-    let mut next = 0u64;
-    for gap in bytes.as_chunks_mut::<4>().0 {
-        let index = next + u64::from(word(*gap));
-        if index >= u64::from(bound) {
-            return Err(fault);
-        }
-        *gap = (index as u32).to_le_bytes();
-        next = index + 1;
-    }
-    Ok(())
-}
-
-pub(super) fn check_track(
-    bytes: &mut [u8],
-    staged: &StagedTrack,
-    emptied: bool,
-    state: &mut State,
-    live: &LiveTrack,
-) -> Result<(), Fault> {
-    let grid = live.track.grid();
-    let bucket_gaps = &mut bytes[staged.bucket_indices.clone()];
-    gaps_to_indices(bucket_gaps, grid.bucket_count, Fault::BucketIndex)?;
-    let cell_gaps = &mut bytes[staged.cell_indices.clone()];
-    gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
-    let sections = Sections::new(bytes, staged);
-    let homes = &mut state.next_homes[region(live.first_cell, grid.cell_capacity)];
-    if staged.keyframe && !emptied {
-        homes.fill(EMPTY);
-    }
-    let buckets = (!staged.keyframe && !emptied)
-        .then(|| &state.buckets[region(live.first_bucket, grid.bucket_count)]);
-    match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, buckets, homes)?,
-        24 => check_cells::<3, 21>(&sections, live, buckets, homes)?,
-        _ => check_cells::<4, 28>(&sections, live, buckets, homes)?,
-    }
-    check_buckets(&sections, homes)
-}
-
-/// Keys inside the grid; points within their width, used ones first; free cells without points. In
-/// a delta, which has `committed` buckets: cells that changed their key are no longer named by the
-/// bucket of the old one.
-fn check_cells<const B: usize, const S: usize>(
-    sections: &Sections<'_>,
-    live: &LiveTrack,
-    committed: Option<&[Bucket]>,
-    next_homes: &mut [u32],
-) -> Result<(), Fault> {
-    let grid = live.track.grid();
-    // The volume is at most 2^32 - 1.
-    let volume = grid.volume() as u32;
-    let top = grid.widths.bits() - 1;
-    let cells = sections.cell_indices.iter().zip(sections.keys);
-    for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
-        let (index, key) = (word(*index), word(*key));
-        if key >= volume && key != EMPTY {
-            return Err(Fault::CellKey);
-        }
-        let points = points::<B, S>(cell);
-        // Two tests over all seven points at once: a used point is its highest bit and whatever is
-        // below, and after an unused one there is none.
-        let mut used = 0u32;
-        let mut wrong = 0u32;
-        for (i, &point) in points.iter().enumerate() {
-            let present = u32::from(point != 0);
-            used |= present << i;
-            wrong |= point >> top ^ present;
-        }
-        if wrong != 0 {
-            return Err(Fault::PointBits);
-        }
-        if used & (used + 1) != 0 {
-            return Err(Fault::PointCompact);
-        }
-        if key == EMPTY && used != 0 {
-            return Err(Fault::FreeCell);
-        }
-        let home = live.hasher.home(key);
-        let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
-        let old_home = core::mem::replace(next, home);
-        if old_home != home
-            && old_home != EMPTY
-            && let Some(buckets) = committed
-        {
-            let bucket = sections
-                .find_bucket(old_home)
-                .unwrap_or(buckets[old_home as usize]);
-            if bucket.0.contains(&index) {
-                return Err(Fault::CellMoved);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Fault> {
-    for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
-        let index = word(*index);
-        let Bucket(entries) = bucket(bytes);
-        let mut used = 0u32;
-        for (i, &entry) in entries.iter().enumerate() {
-            used |= u32::from(entry != EMPTY) << i;
-        }
-        if used & (used + 1) != 0 {
-            return Err(Fault::BucketCompact);
-        }
-        let count = used.count_ones() as usize;
-        for (i, &entry) in entries.iter().enumerate().take(count) {
-            match next_homes.get(entry as usize) {
-                None => return Err(Fault::BucketEntry),
-                Some(&home) if home != index => return Err(Fault::EntryHash),
-                Some(_) => {}
-            }
-            if entries[..i].contains(&entry) {
-                return Err(Fault::BucketTwice);
-            }
-        }
-    }
-    Ok(())
 }
 
 pub(super) fn apply_buckets(

@@ -5,7 +5,8 @@ use core::hash::Hasher as _;
 
 use super::{Bucket, Cell, EMPTY, Grid};
 use crate::error::{Failure, Fault, Limit};
-use crate::regions::Regions;
+use crate::ranges::FreeRanges;
+use crate::track::Track;
 use crate::transforms::Transform;
 
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
@@ -36,8 +37,8 @@ pub struct State {
     /// cell. Hashing runs over the cells in order, and the checks of bucket entries, which jump,
     /// read four bytes a cell. Agrees with `cells` between frames.
     pub(super) next_homes: Vec<u32>,
-    free_buckets: Regions,
-    free_cells: Regions,
+    free_buckets: FreeRanges,
+    free_cells: FreeRanges,
     pub(super) dirty_buckets: DirtyList,
     pub(super) dirty_cells: DirtyList,
 }
@@ -75,52 +76,51 @@ impl State {
         self.dirty_cells.settle();
     }
 
-    /// Room for a track; its buckets are empty and its cells free. Returns the first bucket and
-    /// the first cell.
-    pub(crate) fn add_track(&mut self, grid: &Grid, limit: u64) -> Result<(u32, u32), Failure> {
-        let cost = |buckets: u64, cells: u64| buckets * 32 + cells * 36;
-        let (buckets, cells) = (grid.bucket_count, grid.cell_capacity);
-        let taken_buckets = self.free_buckets.take(buckets);
-        let taken_cells = self.free_cells.take(cells);
-        let new_buckets = if taken_buckets.is_some() {
-            0
-        } else {
-            u64::from(buckets)
-        };
-        let new_cells = if taken_cells.is_some() {
-            0
-        } else {
-            u64::from(cells)
-        };
-        let buckets_len = self.buckets.len() as u64 + new_buckets;
-        let cells_len = self.cells.len() as u64 + new_cells;
-        let asked = cost(buckets_len, cells_len);
-        if asked > limit || buckets_len.max(cells_len) > u64::from(u32::MAX) {
-            if let Some(start) = taken_buckets {
-                self.free_buckets.give(start, buckets);
-            }
-            if let Some(start) = taken_cells {
-                self.free_cells.give(start, cells);
-            }
-            return Err(Failure::limit(
-                Fault::StateLimit,
-                Limit::StateBytes,
-                asked,
-                limit,
-            ));
+    /// Room for tracks, whose buckets are empty and cells free. Returns the first bucket and the
+    /// first cell of each; on a failure nothing has changed and nothing was reserved.
+    pub(crate) fn add_tracks(
+        &mut self,
+        tracks: &[Track],
+        limit: u64,
+    ) -> Result<Vec<(u32, u32)>, Failure> {
+        let mut places = Vec::new();
+        if tracks.is_empty() {
+            return Ok(places);
         }
+        let mut free_buckets = self.free_buckets.clone();
+        let mut free_cells = self.free_cells.clone();
+        let mut buckets_end = self.buckets.len() as u64;
+        let mut cells_end = self.cells.len() as u64;
+        for grid in tracks.iter().map(Track::grid) {
+            let first_bucket = place(&mut free_buckets, &mut buckets_end, grid.bucket_count);
+            let first_cell = place(&mut free_cells, &mut cells_end, grid.cell_capacity);
+            let asked = buckets_end * 32 + cells_end * 36;
+            if asked > limit || buckets_end.max(cells_end) > u64::from(u32::MAX) {
+                return Err(Failure::limit(
+                    Fault::StateLimit,
+                    Limit::StateBytes,
+                    asked,
+                    limit,
+                ));
+            }
+            places.push((first_bucket as u32, first_cell as u32));
+        }
+        self.free_buckets = free_buckets;
+        self.free_cells = free_cells;
         // Exact: an array that doubled would break the promise of the limit.
-        self.buckets.reserve_exact(new_buckets as usize);
-        self.cells.reserve_exact(new_cells as usize);
-        self.next_homes.reserve_exact(new_cells as usize);
-        let first_bucket = taken_buckets.unwrap_or(self.buckets.len() as u32);
-        let first_cell = taken_cells.unwrap_or(self.cells.len() as u32);
-        self.buckets.resize(buckets_len as usize, Bucket::EMPTY);
-        self.cells.resize(cells_len as usize, Cell::FREE);
-        self.next_homes.resize(cells_len as usize, EMPTY);
-        self.dirty_buckets.add(first_bucket, first_bucket + buckets);
-        self.dirty_cells.add(first_cell, first_cell + cells);
-        Ok((first_bucket, first_cell))
+        let new_buckets = buckets_end as usize - self.buckets.len();
+        let new_cells = cells_end as usize - self.cells.len();
+        self.buckets.reserve_exact(new_buckets);
+        self.cells.reserve_exact(new_cells);
+        self.next_homes.reserve_exact(new_cells);
+        self.buckets.resize(buckets_end as usize, Bucket::EMPTY);
+        self.cells.resize(cells_end as usize, Cell::FREE);
+        self.next_homes.resize(cells_end as usize, EMPTY);
+        for (grid, &(first_bucket, first_cell)) in tracks.iter().map(Track::grid).zip(&places) {
+            self.touch(grid, first_bucket, first_cell);
+        }
+        self.settle_dirty();
+        Ok(places)
     }
 
     /// Empties a track's region and gives it back.
@@ -137,15 +137,20 @@ impl State {
         self.buckets[buckets].fill(Bucket::EMPTY);
         self.cells[cells.clone()].fill(Cell::FREE);
         self.next_homes[cells].fill(EMPTY);
+        self.touch(grid, first_bucket, first_cell);
+    }
+
+    /// The frame in the making starts with all cells of a track free.
+    pub(crate) fn expect_nothing(&mut self, grid: &Grid, first_cell: u32) {
+        self.next_homes[region(first_cell, grid.cell_capacity)].fill(EMPTY);
+    }
+
+    /// The whole of a track is dirty.
+    fn touch(&mut self, grid: &Grid, first_bucket: u32, first_cell: u32) {
         self.dirty_buckets
             .add(first_bucket, first_bucket + grid.bucket_count);
         self.dirty_cells
             .add(first_cell, first_cell + grid.cell_capacity);
-    }
-
-    /// The frame in the making starts from free cells.
-    pub(crate) fn expect_nothing(&mut self) {
-        self.next_homes.fill(EMPTY);
     }
 
     /// Forgets all tracks; keeps the memory.
@@ -157,6 +162,16 @@ impl State {
         self.free_cells.clear();
         self.clear_dirty();
     }
+}
+
+/// A free range of `length` items, or the end of the array, which moves on.
+fn place(free: &mut FreeRanges, end: &mut u64, length: u32) -> u64 {
+    if let Some(start) = free.take(length) {
+        return start.into();
+    }
+    let start = *end;
+    *end += u64::from(length);
+    start
 }
 
 /// The range of a track's region.

@@ -1,15 +1,15 @@
-//! Free regions inside one large array, so that tracks which come and go reuse their places.
+//! Free ranges inside one large array, so that tracks which come and go reuse their places.
 
 use alloc::vec::Vec;
 
-/// Free regions `(start, length)`, ascending, never touching.
-#[derive(Default)]
-pub(crate) struct Regions {
+/// Free ranges `(start, length)`, ascending, never touching.
+#[derive(Clone, Default)]
+pub(crate) struct FreeRanges {
     free: Vec<(u32, u32)>,
 }
 
-impl Regions {
-    /// Takes `length` items from the first region that has them.
+impl FreeRanges {
+    /// Takes `length` items from the first range that has them.
     pub(crate) fn take(&mut self, length: u32) -> Option<u32> {
         let at = self.free.iter().position(|&(_, l)| l >= length)?;
         let (start, rest) = self.free[at];
@@ -21,7 +21,7 @@ impl Regions {
         Some(start)
     }
 
-    /// Gives a region back.
+    /// Gives a range back.
     pub(crate) fn give(&mut self, start: u32, length: u32) {
         let at = self.free.partition_point(|&(s, _)| s < start);
         self.free.insert(at, (start, length));
@@ -43,16 +43,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regions_merge_again() {
-        let mut regions = Regions::default();
-        regions.give(0, 30);
-        let taken = [regions.take(10), regions.take(10), regions.take(10)];
+    fn ranges_merge_again() {
+        let mut ranges = FreeRanges::default();
+        ranges.give(0, 30);
+        let taken = [ranges.take(10), ranges.take(10), ranges.take(10)];
         assert_eq!(taken, [Some(0), Some(10), Some(20)]);
-        assert_eq!(regions.take(1), None);
-        regions.give(20, 10);
-        regions.give(0, 10);
-        assert_eq!(regions.take(11), None);
-        regions.give(10, 10);
-        assert_eq!(regions.free, [(0, 30)]);
+        assert_eq!(ranges.take(1), None);
+        ranges.give(20, 10);
+        ranges.give(0, 10);
+        assert_eq!(ranges.take(11), None);
+        ranges.give(10, 10);
+        assert_eq!(ranges.free, [(0, 30)]);
     }
 }

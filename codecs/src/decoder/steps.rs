@@ -1,0 +1,304 @@
+//! The decoder's steps from byte to byte: preamble, header, payload, record.
+
+use core::hash::Hasher as _;
+use core::mem;
+
+use super::{Decoder, Event, Phase, Recovery};
+use crate::container::compress::Unpacker;
+use crate::container::{
+    HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
+};
+use crate::error::{Failure, Fault, Limit, Result};
+use crate::session::End;
+
+impl Decoder {
+    /// Takes in some of `input`: up to the end of a preamble, a header or a payload.
+    pub(super) fn step(&mut self, input: &[u8]) -> Result<Option<Event>> {
+        match self.phase {
+            Phase::Failed(_) => Err(self.error(Fault::Failed)),
+            Phase::Ended if input.is_empty() => Ok(Some(Event::End)),
+            Phase::Ended => self.fail(Fault::TrailingBytes, Recovery::Impossible, self.position),
+            Phase::Preamble => {
+                if !self.fill_head(input, PREAMBLE_BYTES) {
+                    return Ok(Some(Event::NeedInput));
+                }
+                let mut bytes = [0; PREAMBLE_BYTES];
+                bytes.copy_from_slice(&self.head[..PREAMBLE_BYTES]);
+                if let Err(fault) = Preamble::parse(&bytes) {
+                    return self.fail(fault, Recovery::Impossible, self.record_start);
+                }
+                self.digest.write(&bytes);
+                self.next_record();
+                Ok(None)
+            }
+            Phase::Header => {
+                if !self.fill_head(input, HEADER_BYTES) {
+                    return Ok(Some(Event::NeedInput));
+                }
+                self.header = match RecordHeader::parse(&self.head) {
+                    Ok(header) => header,
+                    Err(fault) => return self.fail(fault, Recovery::Impossible, self.record_start),
+                };
+                match self.check_header() {
+                    Ok(phase) => self.phase = phase,
+                    Err(failure) => {
+                        return self.fail(failure, Recovery::AtPayload, self.record_start);
+                    }
+                }
+                Ok(None)
+            }
+            Phase::Skip(left) => {
+                let taken = input.len().min(left as usize);
+                self.position += taken as u64;
+                let left = left - taken as u32;
+                if left > 0 {
+                    self.phase = Phase::Skip(left);
+                    return Ok(Some(Event::NeedInput));
+                }
+                self.next_record();
+                Ok((!self.searching).then_some(Event::Skipped {
+                    record_type: self.header.record_type,
+                    stored_bytes: self.header.stored_bytes,
+                }))
+            }
+            Phase::Payload => self.take_payload(input),
+        }
+    }
+
+    /// Collects `want` bytes in `head`.
+    fn fill_head(&mut self, input: &[u8], want: usize) -> bool {
+        let taken = input.len().min(want - self.head_bytes);
+        self.head[self.head_bytes..self.head_bytes + taken].copy_from_slice(&input[..taken]);
+        self.head_bytes += taken;
+        self.position += taken as u64;
+        self.head_bytes == want
+    }
+
+    fn next_record(&mut self) {
+        self.phase = Phase::Header;
+        self.head_bytes = 0;
+        self.record_start = self.position;
+    }
+
+    /// Everything a header can be rejected for before its payload comes, and where to go.
+    pub(super) fn check_header(&mut self) -> core::result::Result<Phase, Failure> {
+        let header = self.header;
+        let expected = self.records;
+        match header.sequence {
+            sequence if sequence == expected => {}
+            sequence if sequence > expected && self.searching => {}
+            sequence if sequence > expected => return Err(Fault::RecordGap.into()),
+            sequence if sequence + 1 == expected => return Err(Fault::RecordDuplicate.into()),
+            _ => return Err(Fault::RecordOrder.into()),
+        }
+        let defined = record_type::is_defined(header.record_type);
+        if !defined && header.critical {
+            return Err(Fault::UnknownCritical.into());
+        }
+        if defined && !header.critical {
+            return Err(Fault::CriticalBit.into());
+        }
+        if defined && header.version != 0 {
+            return Err(Fault::RecordVersion.into());
+        }
+        let is_stream = header.record_type == record_type::STREAM;
+        if is_stream != self.session.rate.is_none() {
+            return Err(Fault::NoStream.into());
+        }
+        let wanted = !self.searching
+            || matches!(
+                header.record_type,
+                record_type::STREAM
+                    | record_type::GROUP
+                    | record_type::TRACK
+                    | record_type::TRACK_REMOVE
+                    | record_type::END
+            );
+        if !(defined && wanted) {
+            self.count_record();
+            return Ok(Phase::Skip(header.stored_bytes));
+        }
+        let limit = |fault, which, asked: u32, allowed: u32| match asked <= allowed {
+            true => Ok(()),
+            false => Err(Failure::limit(fault, which, asked.into(), allowed.into())),
+        };
+        let (stored, unpacked) = (header.stored_bytes, header.unpacked_bytes);
+        limit(
+            Fault::StoredLimit,
+            Limit::StoredBytes,
+            stored,
+            self.limits.stored_bytes,
+        )?;
+        limit(
+            Fault::UnpackedLimit,
+            Limit::UnpackedBytes,
+            unpacked,
+            self.limits.unpacked_bytes,
+        )?;
+        Unpacker::check_lengths(header.packing, stored, unpacked)?;
+        // An end record's digest covers what came before it.
+        if header.record_type != record_type::END {
+            self.count_record();
+        }
+        Ok(Phase::Payload)
+    }
+
+    fn count_record(&mut self) {
+        self.records = self.header.sequence.saturating_add(1);
+        self.digest.write(&self.head);
+    }
+
+    /// Collects the payload, or takes it straight from the input where that has all of it.
+    fn take_payload(&mut self, input: &[u8]) -> Result<Option<Event>> {
+        let want = self.header.stored_bytes as usize;
+        if self.stored.is_empty() && input.len() >= want {
+            self.position += want as u64;
+            return self.finish_record(&input[..want]);
+        }
+        let missing = want - self.stored.len();
+        let taken = input.len().min(missing);
+        if self.stored.capacity() - self.stored.len() < taken {
+            // Doubles with what has arrived, and never beyond the record.
+            self.stored
+                .reserve_exact(missing.min(taken.max(self.stored.len())));
+        }
+        self.stored.extend_from_slice(&input[..taken]);
+        self.position += taken as u64;
+        if taken < missing {
+            return Ok(Some(Event::NeedInput));
+        }
+        let stored = mem::take(&mut self.stored);
+        let result = self.finish_record(&stored);
+        self.stored = stored;
+        self.stored.clear();
+        result
+    }
+
+    fn finish_record(&mut self, stored: &[u8]) -> Result<Option<Event>> {
+        match self.record(stored) {
+            Ok(event) => {
+                if self.phase == Phase::Payload {
+                    self.next_record();
+                }
+                Ok(event)
+            }
+            // A group that builds on a lost state, and others like it: the search goes on.
+            Err(_) if self.searching => {
+                self.session.revert();
+                self.next_record();
+                Ok(None)
+            }
+            Err(failure) => {
+                let offset = self.record_start + HEADER_BYTES as u64;
+                self.fail(failure, Recovery::AtHeader, offset)
+            }
+        }
+    }
+
+    /// A whole record: checks its CRC, unpacks it and hands it on.
+    fn record(&mut self, stored: &[u8]) -> core::result::Result<Option<Event>, Failure> {
+        let header = self.header;
+        let packing =
+            Unpacker::check_lengths(header.packing, header.stored_bytes, header.unpacked_bytes)?;
+        let bytes = header.unpacked_bytes as usize;
+        if header.record_type == record_type::POINTS && packing == Packing::None {
+            // The copy is staged only once its CRC is known to match.
+            let room = self.session.points_room(bytes, &self.limits);
+            let (crc, room) = match room {
+                Ok(room) => (crc32c_copy(stored, room), Ok(())),
+                Err(failure) => (crc32c(stored), Err(failure)),
+            };
+            if crc != header.payload_crc {
+                return Err(Fault::PayloadChecksum.into());
+            }
+            room?;
+            self.session.points(bytes)?;
+            return Ok(None);
+        }
+        if crc32c(stored) != header.payload_crc {
+            return Err(Fault::PayloadChecksum.into());
+        }
+        let window = self.limits.zstd_window_bytes;
+        if header.record_type == record_type::POINTS {
+            let room = self.session.points_room(bytes, &self.limits)?;
+            self.unpacker.unpack(packing, stored, room, window)?;
+            self.session.points(bytes)?;
+            return Ok(None);
+        }
+        if packing == Packing::None {
+            return self.small_record(stored);
+        }
+        let mut payload = mem::take(&mut self.payload);
+        payload.clear();
+        payload.reserve_exact(bytes);
+        payload.resize(bytes, 0);
+        let result = match self.unpacker.unpack(packing, stored, &mut payload, window) {
+            Ok(()) => self.small_record(&payload),
+            Err(failure) => Err(failure),
+        };
+        self.payload = payload;
+        result
+    }
+
+    fn small_record(&mut self, payload: &[u8]) -> core::result::Result<Option<Event>, Failure> {
+        Ok(match self.header.record_type {
+            record_type::STREAM => Some(Event::Stream(self.session.stream(payload)?)),
+            record_type::GROUP => {
+                let (id, start) = self.session.group(payload)?;
+                self.searching = false;
+                Some(Event::Group { id, start })
+            }
+            record_type::TRACK => Some(Event::Tracks {
+                added: self.session.declare(payload, &self.limits)?,
+            }),
+            record_type::TRACK_REMOVE => {
+                self.session.remove(payload)?;
+                None
+            }
+            record_type::TRANSFORMS => {
+                self.session.transforms(payload)?;
+                None
+            }
+            record_type::COMMIT => Some(Event::Frame(self.session.commit(payload)?)),
+            _ => {
+                self.end(End::read(payload)?)?;
+                Some(Event::End)
+            }
+        })
+    }
+
+    fn end(&mut self, end: End) -> core::result::Result<(), Failure> {
+        if self.session.is_open() && !self.searching {
+            return Err(Fault::Uncommitted.into());
+        }
+        if !self.damaged && end.records != self.records {
+            return Err(Fault::EndCount.into());
+        }
+        if !self.damaged && end.digest != self.digest.finish() {
+            return Err(Fault::EndDigest.into());
+        }
+        self.phase = Phase::Ended;
+        Ok(())
+    }
+
+    /// Stops: drops the frame in the making and remembers how to go on.
+    fn fail<T>(
+        &mut self,
+        failure: impl Into<Failure>,
+        recovery: Recovery,
+        offset: u64,
+    ) -> Result<T> {
+        self.session.revert();
+        self.stored.clear();
+        self.head_bytes = 0;
+        if recovery == Recovery::AtHeader {
+            self.record_start = self.position;
+        }
+        self.phase = Phase::Failed(recovery);
+        Err(failure.into().at(offset))
+    }
+
+    pub(super) fn error(&self, fault: Fault) -> crate::Error {
+        Failure::from(fault).at(self.position)
+    }
+}
