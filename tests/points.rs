@@ -12,7 +12,7 @@ use dapple::points::client::Client;
 use dapple::points::place::Density;
 use dapple::points::rng::Rng;
 use dapple::points::sample::{Fallback, sample, to_grid};
-use dapple::points::server::{Buried, Options, Server, Space};
+use dapple::points::server::{Options, Server, Space};
 use dapple::points::store::Overflow;
 use dapple::points::stream::{Job, Report, Stream, View};
 use dapple::scene::{ChannelValues, Interpolation, Scene};
@@ -31,7 +31,7 @@ fn exact(candidates: f32) -> Options {
         },
         rays: 32,
         threshold: 0.0,
-        buried: Buried::Keep,
+        bury_below: 0,
         visibility: false,
         ..Options::default()
     }
@@ -327,17 +327,17 @@ mod the_client {
         };
         #[rustfmt::skip]
         let cases = [
-            (Space::Posed, Overflow::Chain, Buried::Omit, PointWidths::BITS_32, Compression::None),
-            (Space::Posed, Overflow::Drop, Buried::Keep, PointWidths::BITS_24, Compression::Lz4),
-            (Space::Rest, Overflow::Chain, Buried::Keep, PointWidths::BITS_16, zstd),
-            (Space::Rest, Overflow::Drop, Buried::Omit, PointWidths::BITS_32, zstd),
+            (Space::Posed, Overflow::Chain, 1, PointWidths::BITS_32, Compression::None),
+            (Space::Posed, Overflow::Drop, 0, PointWidths::BITS_24, Compression::Lz4),
+            (Space::Rest, Overflow::Chain, 0, PointWidths::BITS_16, zstd),
+            (Space::Rest, Overflow::Drop, 1, PointWidths::BITS_32, zstd),
         ];
-        for (space, overflow, buried, widths, compression) in cases {
+        for (space, overflow, bury_below, widths, compression) in cases {
             let options = Options {
                 rays: 16,
                 space,
                 overflow,
-                buried,
+                bury_below,
                 widths,
                 visibility: true,
                 ..exact(16.0)
@@ -403,7 +403,7 @@ mod the_client {
         scene.slide(node, Interpolation::Linear, &keys);
         scene.0.duration = 2.0;
         let options = Options {
-            buried: Buried::Omit,
+            bury_below: 1,
             ..exact(128.0)
         };
         follows(
@@ -809,9 +809,9 @@ fn buried_points_are_left_out_unless_they_are_kept() {
     // Small enough that no ray gets through it from below.
     tiny.place("box", cuboid(Vec3::splat(0.15)), Vec3::Y * 0.1);
     let scene = tiny.0;
-    let stored = |buried| {
+    let stored = |bury_below| {
         let options = Options {
-            buried,
+            bury_below,
             ..exact(4096.0)
         };
         let mut server = Server::new(&scene, options, 0.0).expect("a server");
@@ -825,11 +825,11 @@ fn buried_points_are_left_out_unless_they_are_kept() {
             .count();
         (points, state.iter().map(count).sum::<usize>(), dark)
     };
-    let (points, kept, dark) = stored(Buried::Keep);
+    let (points, kept, dark) = stored(0);
     // The box covers 0.09 m2 of the floor.
     assert_eq!(kept, points);
     assert!(dark > 100, "{dark} of {points}");
-    assert_eq!(stored(Buried::Omit), (points, points - dark, 0));
+    assert_eq!(stored(1), (points, points - dark, 0));
 }
 
 #[test]
@@ -895,7 +895,7 @@ fn no_floor_collapses_the_hash() {
 fn sampling_error(scene: &Scene, candidates: f32) -> f64 {
     let options = Options {
         rays: 256,
-        buried: Buried::Omit,
+        bury_below: 1,
         ..exact(candidates)
     };
     let mut server = Server::new(scene, options, 0.0).expect("a server");

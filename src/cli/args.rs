@@ -98,9 +98,10 @@ pub struct EncodeArgs {
     /// Space of a skinned mesh's points and grid.
     #[arg(long, default_value = "posed")]
     pub space: Space,
-    /// What becomes of points that no ray leaves.
-    #[arg(long, default_value = "omit")]
-    pub buried: Buried,
+    /// Leave out points whose AO is below so many steps of 1/255, for as long as it is: 1 for those
+    /// that no ray leaves, 0 to keep all, as in the paper.
+    #[arg(long, value_name = "STEPS", default_value = "1")]
+    pub bury_below: u8,
     /// What becomes of points that do not fit into a cell of seven.
     #[arg(long, default_value = "chain")]
     pub overflow: Overflow,
@@ -128,15 +129,6 @@ pub enum Space {
     Posed,
     /// They stay in the rest pose, where fragments look them up.
     Rest,
-}
-
-/// What becomes of points that no ray leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Buried {
-    /// They are left out while they are buried.
-    Omit,
-    /// They are kept with AO = 0, as in the paper.
-    Keep,
 }
 
 /// What becomes of points that do not fit.

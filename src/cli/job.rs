@@ -4,7 +4,7 @@ use super::args::{self, EncodeArgs, SceneArgs, ViewArgs};
 use super::progress::Progress;
 use crate::codec::TickRate;
 use crate::points::place::Density;
-use crate::points::server::{Buried, Options, Space};
+use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
 use crate::points::stream::{Job, Stream, View};
 use crate::scene::Scene;
@@ -57,10 +57,7 @@ impl EncodeArgs {
                 args::Space::Posed => Space::Posed,
                 args::Space::Rest => Space::Rest,
             },
-            buried: match self.buried {
-                args::Buried::Omit => Buried::Omit,
-                args::Buried::Keep => Buried::Keep,
-            },
+            bury_below: self.bury_below,
             seed: self.seed as u64,
             visibility: !self.no_visibility,
             margin: self.fov_margin.to_radians(),

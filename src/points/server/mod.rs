@@ -9,7 +9,7 @@ mod options;
 mod select;
 mod track;
 
-pub use options::{Buried, Options, Space};
+pub use options::{Options, Space};
 pub use track::Track;
 
 use super::chunks::AabbTree;

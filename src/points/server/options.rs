@@ -14,17 +14,6 @@ pub enum Space {
     Rest,
 }
 
-/// What happens to points that no ray leaves: under a box, or where meshes interpenetrate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Buried {
-    /// They are left out for as long as they are buried. What can be seen is not closed to all
-    /// sides, so such a point only leaks darkness onto its visible neighbours.
-    #[default]
-    Omit,
-    /// They are kept with AO = 0, as in the paper.
-    Keep,
-}
-
 /// What the server is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -38,7 +27,11 @@ pub struct Options {
     pub widths: PointWidths,
     pub overflow: Overflow,
     pub space: Space,
-    pub buried: Buried,
+    /// Points with an AO below so many steps of 1/255 are buried, under a box or where meshes
+    /// interpenetrate, and left out for as long as they are: what can be seen is not closed to all
+    /// sides, so they only leak darkness onto their visible neighbours. 1 leaves out those that no
+    /// ray leaves; 0 keeps all, as in the paper.
+    pub bury_below: u8,
     pub seed: u64,
     /// Skip points outside the client's extended field of view.
     pub visibility: bool,
@@ -63,7 +56,7 @@ impl Default for Options {
             widths: PointWidths::BITS_32,
             overflow: Overflow::Chain,
             space: Space::Posed,
-            buried: Buried::Omit,
+            bury_below: 1,
             seed: 0,
             visibility: true,
             margin: 10f32.to_radians(),

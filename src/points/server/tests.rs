@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::points::place::Density;
-use glam::Vec3;
 use crate::scene::{Instance, Material, Mesh, Node, Skin};
+use glam::Vec3;
 use glam::{Mat4, Quat};
 
 fn node(parent: Option<usize>, scale: f32) -> Node {

@@ -1,6 +1,6 @@
 //! The points of one instance: where they are, what was sent of them, and which are out of date.
 
-use super::options::{Buried, Options};
+use super::options::Options;
 use crate::points::chunks::Chunks;
 use crate::points::grid;
 use crate::points::place::Placement;
@@ -107,7 +107,7 @@ impl Track {
         let i = p.point as usize;
         let ao = (p.ao * 255.0).round() as u8;
         let had = self.store.has(p.point);
-        if ao == 0 && options.buried == Buried::Omit {
+        if ao < options.bury_below {
             self.store.unset(p.point);
             self.sent_ao[i] = 0;
             return had;
