@@ -31,7 +31,7 @@ pub fn rtao(
                 if f.instance == NONE {
                     return 1.0;
                 }
-                let seed = Rng::new(seed ^ which << 62 ^ i as u64).next() as u32;
+                let seed = Rng::new(seed ^ which << 62 ^ i as u64).draw() as u32;
                 let rays = rays.div_ceil(2);
                 tracer.ambient_occlusion(
                     f.position,

@@ -116,7 +116,7 @@ pub fn place(
         let t = area.partition_point(|&a| a <= at).min(area.len() - 1);
         let (u, v) = uniform_barycentrics(rng.unit(), rng.unit());
         let double_sided = scene.materials[mesh.materials[t] as usize].double_sided;
-        let back = rng.next() & 1 == 1 && double_sided;
+        let back = rng.draw() & 1 == 1 && double_sided;
         let material = &scene.materials[mesh.materials[t] as usize];
         if matches!(material.alpha, Alpha::Mask { .. })
             && scene.alpha_is_hole(scene.instances[instance].mesh, t, u, v)

@@ -278,11 +278,11 @@ mod tests {
         let mut store = Store::new(grid(bucket_count, cell_capacity), 300, overflow);
         let mut at: BTreeMap<u32, ([u32; 3], u32)> = BTreeMap::new();
         for step in 0..6000u32 {
-            let point = (rng.next() % 300) as u32;
+            let point = (rng.draw() % 300) as u32;
             let cell = [
-                rng.next() as u32 % 6,
-                rng.next() as u32 % 5,
-                rng.next() as u32 % 4,
+                rng.draw() as u32 % 6,
+                rng.draw() as u32 % 5,
+                rng.draw() as u32 % 4,
             ];
             let word = 1 << 31 | step;
             store.set(point, Some(cell), word);
@@ -333,14 +333,14 @@ mod tests {
         for _ in 0..50 {
             for _ in 0..40 {
                 let cell = [
-                    rng.next() as u32 % 6,
-                    rng.next() as u32 % 5,
-                    rng.next() as u32 % 4,
+                    rng.draw() as u32 % 6,
+                    rng.draw() as u32 % 5,
+                    rng.draw() as u32 % 4,
                 ];
                 store.set(
-                    rng.next() as u32 % 200,
+                    rng.draw() as u32 % 200,
                     Some(cell),
-                    rng.next() as u32 | 1 << 31,
+                    rng.draw() as u32 | 1 << 31,
                 );
             }
             let (dirty_buckets, dirty_cells) = store.take_dirty();

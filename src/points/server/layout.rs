@@ -202,7 +202,7 @@ pub(super) fn templates(
         .par_iter()
         .enumerate()
         .map(|(k, &(mesh, scale, instance))| {
-            let seed = options.seed ^ Rng::new(k as u64).next();
+            let seed = options.seed ^ Rng::new(k as u64).draw();
             let placement = place(scene, rest, instance, scale, options.density, seed);
             let triangles = &scene.meshes[mesh].triangles;
             let shape = rest.shape(scene, instance);

@@ -297,7 +297,7 @@ impl<'s> Server<'s> {
 
 /// The sequence of a point depends on nothing but its number, so that its value never flickers.
 fn point_seed(seed: u64, track: usize, point: u32) -> u32 {
-    Rng::new(seed ^ (track as u64) << 32 ^ point as u64).next() as u32
+    Rng::new(seed ^ (track as u64) << 32 ^ point as u64).draw() as u32
 }
 #[cfg(test)]
 mod tests;
