@@ -24,7 +24,7 @@ pub fn print(text: &str) -> Result<()> {
 /// Prints one JSON document. A float that is not finite becomes `null`.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::Invalid(format!("the result is no JSON ({e})")))?;

@@ -6,7 +6,7 @@
 //! - [`difference`]: pictures of signed differences
 //! - [`bitrate`]: bytes to Mbit/s
 //! - [`evaluate`]: a stream encoded, decoded and scored
-//! - [`reference`]: the per-pixel ray-traced reference and scores against it
+//! - [`mod@reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
 
 pub mod bitrate;
