@@ -68,6 +68,7 @@ pub struct Server<'s> {
     cursor: (usize, u32),
     placing_time: Duration,
 }
+
 impl<'s> Server<'s> {
     /// Places all points and lays out grids and hashes; traces nothing yet. The scene starts at
     /// `time` seconds.

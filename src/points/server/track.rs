@@ -101,6 +101,7 @@ pub(super) struct Traced {
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
 }
+
 impl Track {
     /// Stores a traced point if it differs enough from what was last sent (PSAO §3.3).
     pub(super) fn apply(&mut self, p: &Traced, options: &Options) -> bool {
@@ -113,13 +114,13 @@ impl Track {
             return had;
         }
         if had {
-            let brighter = (ao as f32 - self.sent_ao[i] as f32).abs() / 255.0;
+            let change = (ao as f32 - self.sent_ao[i] as f32).abs() / 255.0;
             let moved = self.posed && {
                 let (position, normal) = self.sent_at[i];
                 position.distance(p.position) > MOVED * self.store.grid().radius
                     || normal.dot(p.normal) < TURNED
             };
-            if !moved && (brighter < options.threshold || brighter == 0.0) {
+            if !moved && (change < options.threshold || change == 0.0) {
                 return false;
             }
         }
