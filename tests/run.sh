@@ -19,4 +19,6 @@ if [ -z "${XDG_RUNTIME_DIR:-}" ]; then
 fi
 
 cargo test --workspace --locked "$@"
+# What an engine embeds, and what a client takes, build alone.
 cargo build --locked -p dapple-codec --no-default-features
+cargo check --locked --lib --no-default-features
