@@ -51,6 +51,11 @@ pub(crate) struct End {
 }
 
 impl TickRate {
+    /// Ticks a second.
+    pub fn hz(self) -> f64 {
+        f64::from(self.numerator) / f64::from(self.denominator)
+    }
+
     pub(crate) fn read(payload: &[u8]) -> Result<TickRate, Fault> {
         let mut r = Reader::new(payload, Fault::PayloadSize);
         let rate = TickRate {

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use glam::Vec3;
 
 use crate::Result;
-use crate::codec::Compression;
 use crate::codec::points::PointWidths;
+use crate::codec::{Compression, TickRate};
 use crate::render::MAX_SIDE;
 use crate::scene::Scene;
 
@@ -218,7 +218,16 @@ impl Width {
 impl Rate {
     /// In Hz.
     pub fn hz(self) -> f64 {
-        f64::from(self.numerator) / f64::from(self.denominator)
+        TickRate::from(self).hz()
+    }
+}
+
+impl From<Rate> for TickRate {
+    fn from(rate: Rate) -> TickRate {
+        TickRate {
+            numerator: rate.numerator,
+            denominator: rate.denominator,
+        }
     }
 }
 

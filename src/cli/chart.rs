@@ -3,7 +3,6 @@
 use super::args::{EncodeArgs, Rate, SceneArgs, ViewArgs};
 use super::output;
 use super::progress::Progress;
-use crate::codec::TickRate;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
 use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
 use crate::measure::metrics::{self, Difference};
@@ -107,10 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     options,
                     view: seat.view,
                     frames: ((job.frames as f64 * share).round() as usize).max(1),
-                    rate: TickRate {
-                        numerator: rate.numerator,
-                        denominator: rate.denominator,
-                    },
+                    rate: rate.into(),
                     ..job.clone()
                 };
                 let playback = Playback {
@@ -261,7 +257,7 @@ fn table(scene: &str, rows: &[Row], open: Option<Difference>) -> Table {
         .iter()
         .map(|row| {
             let (e, s) = (&row.evaluation, &row.evaluation.stream);
-            let ticks = s.frames.saturating_sub(1).max(1);
+            let ticks = s.ticks();
             vec![
                 Value::Number(row.density as f64, 0),
                 Value::Number(row.server_fps, 0),

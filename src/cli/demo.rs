@@ -89,8 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let startup = (tick, placing.elapsed());
 
     let mut renderer = Renderer::new(&scene, Backend::Auto)?;
-    let last = job.start
-        + (job.frames - 1) as f64 * job.rate.denominator as f64 / job.rate.numerator as f64;
+    let last = job.time_of(job.frames - 1);
     let bar = Progress::new("Tracing the reference", 1);
     let reference = references(&scene, &mut renderer, job.view, &[last], quality, || {
         bar.step(1)
@@ -121,58 +120,56 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
     let reference = &reference[0];
     let gbuffer = &reference.frame.gbuffer;
-    let save = |name: &str, picture: Picture| -> Result<Image> {
+    let save = |name: &str, caption: &str, detail: String, picture: Picture| -> Result<Image> {
         picture.write_png(&args.out.join(format!("{name}.png")))?;
         Ok(Image {
-            caption: String::new(),
-            detail: String::new(),
+            caption: caption.into(),
+            detail,
             source: Source::File(format!("{name}.png")),
         })
     };
-    let captioned = |image: Image, caption: &str, detail: String| Image {
-        caption: caption.into(),
-        detail,
-        ..image
-    };
     let ao = &evaluation.last_ao;
     let images = vec![
-        captioned(
-            save("points", reference.frame.composite(Some(ao)))?,
+        save(
+            "points",
             "points, as the client shows it",
             format!("PSNR {} dB", psnr_text(evaluation.picture.psnr)),
-        ),
-        captioned(
-            save("rtao", reference.frame.composite(Some(&reference.ao)))?,
+            reference.frame.composite(Some(ao)),
+        )?,
+        save(
+            "rtao",
             "RTAO, the reference",
             format!("{RAYS} rays a pixel"),
-        ),
-        captioned(
-            save("points_ao", composite::ao_picture(gbuffer, ao))?,
+            reference.frame.composite(Some(&reference.ao)),
+        )?,
+        save(
+            "points_ao",
             "points, AO alone",
             format!("rmse {:.4}", evaluation.ao.rmse),
-        ),
-        captioned(
-            save("rtao_ao", composite::ao_picture(gbuffer, &reference.ao))?,
+            composite::ao_picture(gbuffer, ao),
+        )?,
+        save(
+            "rtao_ao",
             "RTAO, AO alone",
             format!("noise {:.4} rms", evaluation.reference_noise),
-        ),
-        captioned(
-            save(
-                "difference",
-                signed_picture(
-                    &reference.field(ao),
-                    &reference.field(&reference.ao),
-                    FULL_SCALE,
-                )?,
-            )?,
+            composite::ao_picture(gbuffer, &reference.ao),
+        )?,
+        save(
+            "difference",
             "Difference of AO",
             format!("red too bright, blue too dark, full colour at {FULL_SCALE}"),
-        ),
-        captioned(
-            save("no_ao", reference.frame.composite(None))?,
+            signed_picture(
+                &reference.field(ao),
+                &reference.field(&reference.ao),
+                FULL_SCALE,
+            )?,
+        )?,
+        save(
+            "no_ao",
             "Without AO",
             String::new(),
-        ),
+            reference.frame.composite(None),
+        )?,
     ];
 
     let page = page(
@@ -225,7 +222,7 @@ fn page(
         note,
     };
     let s = &e.stream;
-    let ticks = s.frames.saturating_sub(1).max(1);
+    let ticks = s.ticks();
     let figures = vec![
         figure(
             "Steady rate",

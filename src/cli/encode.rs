@@ -86,8 +86,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             grouped(report.dropped_points),
             grouped(report.bytes_startup),
             report.mbps_steady,
-            grouped((report.changed_points / report.frames.max(2).saturating_sub(1)) as u64),
-            grouped(report.rays / report.frames.max(2).saturating_sub(1) as u64),
+            grouped((report.changed_points / report.ticks()) as u64),
+            grouped(report.rays / report.ticks() as u64),
             report.stage_ms.total(),
         ))?;
     }

@@ -125,7 +125,7 @@ impl Timing {
             .last_tick?
             .checked_sub(self.first_tick?)
             .filter(|&t| t > 0)?;
-        Some(ticks as f64 * f64::from(rate.denominator) / f64::from(rate.numerator))
+        Some(ticks as f64 / rate.hz())
     }
 
     /// Mean Mbit/s of the frames after the first: that of frames which are no keyframes, as if the

@@ -2,7 +2,6 @@
 
 use super::args::{self, EncodeArgs, SceneArgs, ViewArgs};
 use super::progress::Progress;
-use crate::codec::TickRate;
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
@@ -71,10 +70,7 @@ impl EncodeArgs {
     /// # Errors
     /// As [`ViewArgs::view`], and `Invalid` for an animation too long to be encoded whole.
     pub fn job(&self, scene: &Scene, view: &ViewArgs) -> Result<Job> {
-        let rate = TickRate {
-            numerator: self.fps.numerator,
-            denominator: self.fps.denominator,
-        };
+        let rate = self.fps.into();
         let whole = (scene.duration as f64 * self.fps.hz()).round().max(1.0);
         if self.frames.is_none() && whole > MAX_FRAMES {
             return Err(Error::Invalid(format!(

@@ -3,7 +3,7 @@
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
 use super::{output, stream};
 use crate::codec::Limits;
-use crate::measure::reference::{RAYS, rtao};
+use crate::measure::reference::{RAYS, mean_of_halves, rtao};
 use crate::points::client::Client;
 use crate::points::sample::Fallback;
 use crate::render::gbuffer::Lookup;
@@ -102,8 +102,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
             let tracer = Tracer::new(&scene, &pose);
             let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, args.distance, 0);
-            let ao = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
-            (frame, ao)
+            (frame, mean_of_halves(&a, &b))
         }
         Method::Points => {
             let path = args.stream.as_deref().ok_or_else(|| {
@@ -192,7 +191,7 @@ fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<
             if let (Some((_, time)), Some(rate)) =
                 (client.last_frame(), client.decoder().tick_rate())
             {
-                let step = rate.denominator as f64 / rate.numerator as f64;
+                let step = 1.0 / rate.hz();
                 if time + step > seconds + 1e-6 {
                     return Ok(client);
                 }

@@ -110,7 +110,7 @@ pub fn evaluate(
     mut written: impl FnMut(&[u8]) -> Result<()>,
 ) -> Result<Evaluation> {
     let scene = server.scene();
-    let rate = job.rate.numerator as f64 / job.rate.denominator as f64;
+    let rate = job.rate.hz();
     let (start, frames, view) = (job.start, job.frames, job.view);
     // Frame of the stream that the client shows at a reference's time.
     let shown = |reference: &Reference| -> usize {

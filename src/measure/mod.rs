@@ -4,12 +4,10 @@
 //! - [`ssim`], [`flip`]: the two perceptual metrics they use
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`difference`]: pictures of signed differences
-//! - [`bitrate`]: bytes to Mbit/s
 //! - [`evaluate`]: a stream encoded, decoded and scored
 //! - [`mod@reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
 
-pub mod bitrate;
 pub mod chart;
 pub mod difference;
 pub mod evaluate;

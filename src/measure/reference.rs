@@ -47,6 +47,11 @@ pub fn rtao(
     (half(1), half(2))
 }
 
+/// The AO that two halves of [`rtao`] come to together.
+pub fn mean_of_halves(a: &[f32], b: &[f32]) -> Vec<f32> {
+    a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect()
+}
+
 /// A frame with its reference.
 pub struct Reference {
     /// Animation time in seconds.
@@ -96,7 +101,7 @@ impl Reference {
             mask: &mask,
         };
         let noise = noise_of_mean(&field(&a), &field(&b))?;
-        let ao = a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect();
+        let ao = mean_of_halves(&a, &b);
         Ok(Reference {
             time: pose.time,
             frame,

@@ -120,10 +120,7 @@ impl Client {
     pub fn last_frame(&self) -> Option<(u32, f64)> {
         let (number, tick) = self.decoder.last_frame()?;
         let rate = self.decoder.tick_rate()?;
-        Some((
-            number,
-            tick as f64 * rate.denominator as f64 / rate.numerator as f64,
-        ))
+        Some((number, tick as f64 / rate.hz()))
     }
 
     /// Whether deforming meshes are looked up in their rest pose.

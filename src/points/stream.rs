@@ -92,6 +92,20 @@ pub struct Report {
     pub startup_s: f64,
 }
 
+impl Job {
+    /// Seconds on the animation's clock of a frame, counted from 0.
+    pub fn time_of(&self, frame: usize) -> f64 {
+        self.start + frame as f64 / self.rate.hz()
+    }
+}
+
+impl Report {
+    /// Frames after the first, at least 1: what sums over them are divided by.
+    pub fn ticks(&self) -> usize {
+        self.frames.saturating_sub(1).max(1)
+    }
+}
+
 /// Mean milliseconds of a tick by stage.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "cli", derive(serde::Serialize))]
@@ -197,7 +211,7 @@ impl<'s> Stream<'s> {
             report: Report {
                 scene: scene.name.clone(),
                 seed: job.options.seed,
-                fps: hz(job.rate),
+                fps: job.rate.hz(),
                 density: job.options.density.candidates,
                 candidates: tracks.iter().map(Track::candidates).sum(),
                 points: tracks.iter().map(Track::points).sum(),
@@ -225,11 +239,7 @@ impl<'s> Stream<'s> {
 
     /// Seconds of the frame that was written last.
     pub fn time(&self) -> f64 {
-        self.time_of(self.frame.saturating_sub(1))
-    }
-
-    fn time_of(&self, frame: usize) -> f64 {
-        self.job.start + frame as f64 / hz(self.job.rate)
+        self.job.time_of(self.frame.saturating_sub(1))
     }
 
     /// Runs the server for one tick and writes its frame; `None` after the last.
@@ -237,7 +247,7 @@ impl<'s> Stream<'s> {
         if self.frame >= self.job.frames {
             return Ok(None);
         }
-        let time = self.time_of(self.frame);
+        let time = self.job.time_of(self.frame);
         let tick = self.server.tick_seen(time, |pose| self.job.view.at(pose));
         let before = out.len();
         let clock = Instant::now();
@@ -261,30 +271,16 @@ impl<'s> Stream<'s> {
     pub fn finish(self, out: &mut Vec<u8>) -> Result<Report> {
         self.encoder.end(out)?;
         let mut report = self.report;
-        let ticks = self.frame.saturating_sub(1).max(1);
         let rate = |bytes: u64, frames: usize| {
-            bytes as f64 * 8e-6 * hz(self.job.rate) / frames.max(1) as f64
+            bytes as f64 * 8e-6 * self.job.rate.hz() / frames.max(1) as f64
         };
         report.frames = self.frame;
-        report.stage_ms = self.stages.scaled(1.0 / ticks as f64);
-        report.cells = self
-            .server
-            .tracks()
-            .iter()
-            .map(|t| t.store.used_cells())
-            .sum();
-        report.dropped_points = self
-            .server
-            .tracks()
-            .iter()
-            .map(|t| t.store.dropped_points)
-            .sum();
-        report.dropped_cells = self
-            .server
-            .tracks()
-            .iter()
-            .map(|t| t.store.dropped_cells)
-            .sum();
+        report.stage_ms = self.stages.scaled(1.0 / report.ticks() as f64);
+        for Track { store, .. } in self.server.tracks() {
+            report.cells += store.used_cells();
+            report.dropped_points += store.dropped_points;
+            report.dropped_cells += store.dropped_cells;
+        }
         report.mbps_steady = rate(report.bytes_steady, self.steady_frames);
         report.mbps_with_keyframes = rate(
             report.bytes_startup + report.bytes_keyframes + report.bytes_steady,
@@ -384,7 +380,7 @@ impl<'s> Stream<'s> {
     }
 
     fn commit(&mut self, out: &mut Vec<u8>, digest: Option<u64>) -> Result<()> {
-        let tick = (self.job.start * hz(self.job.rate)).round() as u64 + self.frame as u64;
+        let tick = (self.job.start * self.job.rate.hz()).round() as u64 + self.frame as u64;
         self.encoder.commit(out, tick, digest)?;
         self.frame += 1;
         Ok(())
@@ -403,10 +399,6 @@ impl<'s> Stream<'s> {
         }
         digest.finish()
     }
-}
-
-fn hz(rate: TickRate) -> f64 {
-    rate.numerator as f64 / rate.denominator as f64
 }
 
 /// Changed buckets and cells of one track.

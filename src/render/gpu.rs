@@ -9,7 +9,6 @@ pub struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     name: String,
-    software: bool,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -45,7 +44,6 @@ impl Gpu {
             device,
             queue,
             name,
-            software,
             fault,
         })
     }
@@ -53,11 +51,6 @@ impl Gpu {
     /// The adapter and its interface, and whether it is software.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Whether the adapter runs on the CPU: its timings are no evidence about GPUs.
-    pub fn is_software(&self) -> bool {
-        self.software
     }
 
     /// The first error since the last call, as one sentence.

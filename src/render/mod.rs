@@ -116,11 +116,6 @@ impl<'s> Renderer<'s> {
         &self.name
     }
 
-    /// Whether timings say anything about graphics hardware.
-    pub fn is_hardware(&self) -> bool {
-        matches!(&self.machine, Machine::Gpu(d) if !d.gpu.is_software())
-    }
-
     /// Draws the scene at `pose` from `camera`.
     ///
     /// `lookup` names the vertices that the light is looked up by: for a client, those of the pose

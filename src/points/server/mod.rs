@@ -59,8 +59,6 @@ pub struct Server<'s> {
     tracer: Tracer<'s>,
     pose: Pose,
     tracks: Vec<Track>,
-    /// Track of each instance, if it has points.
-    track_of: Vec<Option<usize>>,
     /// Chunks of instances that never move, as (track, chunk), and their tree in world space.
     still_chunks: Arc<Vec<(u32, u32)>>,
     still_tree: Arc<AabbTree>,
@@ -100,11 +98,9 @@ impl<'s> Server<'s> {
             })
             .collect::<Result<_>>()?;
         check_size(&tracks)?;
-        let mut track_of = vec![None; scene.instances.len()];
         let mut still_chunks = Vec::new();
         let mut still_bounds = Vec::new();
         for (t, track) in tracks.iter().enumerate() {
-            track_of[track.instance] = Some(t);
             if !track.movable {
                 let world = pose.world_from_mesh[track.instance];
                 for (c, b) in track.template.chunks.bounds.iter().enumerate() {
@@ -119,7 +115,6 @@ impl<'s> Server<'s> {
             tracer,
             pose,
             tracks,
-            track_of,
             still_chunks: Arc::new(still_chunks),
             still_tree: Arc::new(AabbTree::new(&still_bounds)),
             cursor: (0, 0),
@@ -144,7 +139,6 @@ impl<'s> Server<'s> {
             tracer: Tracer::new(self.scene, &self.pose),
             pose: self.pose.clone(),
             tracks: self.tracks.clone(),
-            track_of: self.track_of.clone(),
             still_chunks: self.still_chunks.clone(),
             still_tree: self.still_tree.clone(),
             cursor: self.cursor,
@@ -158,11 +152,6 @@ impl<'s> Server<'s> {
 
     pub fn tracks_mut(&mut self) -> &mut [Track] {
         &mut self.tracks
-    }
-
-    /// Index of the track that holds an instance's points.
-    pub fn track_of(&self) -> &[Option<usize>] {
-        &self.track_of
     }
 
     pub fn pose(&self) -> &Pose {
