@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use dapple::codec::container::{HEADER_BYTES, PREAMBLE_BYTES, RecordHeader};
 use dapple::codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
@@ -214,6 +215,272 @@ fn inspect_counts_what_the_encoder_wrote() {
         shown.contains("60 ticks a second") && shown.contains("walker"),
         "{shown}"
     );
+}
+
+/// A server with one track of 512 cells, whose bytes can be taken away as they come.
+struct Server {
+    encoder: Encoder,
+    grid: Grid,
+    bytes: Vec<u8>,
+}
+
+impl Server {
+    fn new() -> Server {
+        let mut bytes = Vec::new();
+        let encoder = Encoder::new(EncoderConfig::default(), &mut bytes).expect("encoder");
+        let grid = Grid {
+            dims: [16, 16, 16],
+            bucket_count: 1031,
+            cell_capacity: 512,
+            ..grid(PointWidths::BITS_32)
+        };
+        Server {
+            encoder,
+            grid,
+            bytes,
+        }
+    }
+
+    /// Declares a track, within a group.
+    fn declare(&mut self, id: u32) {
+        let track = Track {
+            id,
+            target: Target::default(),
+            aabb_min: [0.0; 3],
+            aabb_max: [8.0; 3],
+            space: LookupSpace::Mesh,
+            model: Model::Points(self.grid),
+        };
+        let declared = self.encoder.tracks(&mut self.bytes, &[track]);
+        declared.expect("tracks");
+    }
+
+    /// A frame of track 1: a keyframe, which starts a group, or a change of its first `cells`.
+    fn frame(&mut self, number: u64, keyframe: bool, cells: u32) {
+        if keyframe {
+            let group = self.encoder.group(&mut self.bytes, GroupStart::Keyframes);
+            group.expect("group");
+            self.declare(1);
+        }
+        let content: Vec<Cell> = (0..cells)
+            .map(|key| {
+                let ao = ((u64::from(key) + number) % 256) as f32 / 255.0;
+                cell(&self.grid, self.grid.cell_of(key), 7, ao).1
+            })
+            .collect();
+        let mut buckets = vec![Bucket::EMPTY; self.grid.bucket_count as usize];
+        for (key, cell) in content.iter().enumerate().filter(|_| keyframe) {
+            let entries = &mut buckets[self.grid.bucket_of_key(cell.key) as usize].0;
+            let free = entries.iter().position(|&entry| entry == EMPTY);
+            entries[free.expect("no bucket overflows")] = key as u32;
+        }
+        let indices: Vec<u32> = (0..self.grid.bucket_count).collect();
+        let update = Update {
+            track: 1,
+            bucket_indices: if keyframe { &indices } else { &[] },
+            buckets: if keyframe { &buckets } else { &[] },
+            cell_indices: &indices[..cells as usize],
+            cells: &content,
+        };
+        let coverage = if keyframe {
+            Coverage::Keyframe
+        } else {
+            Coverage::Delta
+        };
+        self.encoder
+            .points(&mut self.bytes, coverage, &[update], Compression::None)
+            .expect("points");
+        self.commit(number);
+    }
+
+    fn commit(&mut self, number: u64) {
+        let commit = self.encoder.commit(&mut self.bytes, number, None);
+        commit.expect("commit");
+    }
+}
+
+#[test]
+fn inspect_lists_keyframes_and_bins_of_bytes_per_frame() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut server = Server::new();
+    let mut ends = vec![0];
+    // Keyframes 20 frames apart, then one after 10.
+    let is_keyframe = |frame: u64| frame.is_multiple_of(20) || frame == 90;
+    for frame in 0..100 {
+        server.frame(frame, is_keyframe(frame), 1 + frame as u32 % 7);
+        ends.push(server.bytes.len() as u64);
+    }
+    let mut bytes = server.bytes;
+    server.encoder.end(&mut bytes).expect("end");
+    let path = file(&folder, &bytes);
+    let report = json(&run("inspect", &path, &["--json"]));
+
+    let sizes: Vec<u64> = ends.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let number = |value: &serde_json::Value| value.as_u64().expect("a number");
+    let listed: Vec<(u64, u64)> = report["keyframe_list"]
+        .as_array()
+        .expect("keyframes")
+        .iter()
+        .map(|keyframe| (number(&keyframe["frame"]), number(&keyframe["bytes"])))
+        .collect();
+    let expected: Vec<(u64, u64)> = (0..100)
+        .filter(|&frame| is_keyframe(frame))
+        .map(|frame| (frame, sizes[frame as usize]))
+        .collect();
+    assert_eq!(listed, expected);
+    assert_eq!(
+        report["keyframe_interval"],
+        serde_json::json!({"shortest": 10, "longest": 20})
+    );
+    // Every byte belongs to one kind of frame.
+    let kinds = ["startup", "keyframes", "steady", "after"];
+    let sum: u64 = kinds
+        .iter()
+        .map(|kind| number(&report[format!("bytes_{kind}")]))
+        .sum();
+    assert_eq!(sum, bytes.len() as u64);
+    assert_eq!(
+        number(&report["bytes_after"]),
+        bytes.len() as u64 - ends[100]
+    );
+    // More frames than bins.
+    let line = &report["bytes_per_frame"];
+    assert_eq!(line["frames_per_bin"], 2);
+    let bins: Vec<u64> = line["bins"]
+        .as_array()
+        .expect("bins")
+        .iter()
+        .map(|bin| number(&bin["bytes"]))
+        .collect();
+    let pairs: Vec<u64> = sizes.chunks(2).map(|pair| pair.iter().sum()).collect();
+    assert_eq!(bins, pairs);
+
+    let shown = text(&run("inspect", &path, &[]).stdout);
+    for part in [
+        "keyframes: frame 0, 20, 40, 60, 80, 90; 10 to 20 frames apart",
+        "the mean of 2 frames each",
+        "█",
+    ] {
+        assert!(shown.contains(part), "{part} is not in {shown}");
+    }
+}
+
+#[test]
+fn inspect_counts_tracks_that_were_removed() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut server = Server::new();
+    server.frame(0, true, 3);
+    server.declare(2);
+    server.declare(3);
+    server.commit(1);
+    server
+        .encoder
+        .remove_tracks(&mut server.bytes, &[2])
+        .expect("removed");
+    server.commit(2);
+    let path = file(&folder, &server.bytes);
+    let report = json(&run("inspect", &path, &["--json"]));
+    assert_eq!(
+        (&report["tracks_declared"], &report["tracks_removed"]),
+        (&3.into(), &1.into())
+    );
+    assert_eq!(report["tracks"].as_array().map(Vec::len), Some(2));
+    let shown = text(&run("inspect", &path, &[]).stdout);
+    assert!(
+        shown.contains("3 tracks were declared, 1 of them"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn validate_names_the_limit_and_both_figures() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (mut bytes, _) = stream(Compression::None, 0);
+    // The second record claims more than the default limits allow, with its checksum in order.
+    let at = PREAMBLE_BYTES + HEADER_BYTES + 8;
+    let header: &[u8; HEADER_BYTES] = bytes[at..at + HEADER_BYTES].try_into().expect("a header");
+    let mut header = RecordHeader::read(header).expect("a record header");
+    header.stored_bytes = 300 << 20;
+    header.unpacked_bytes = 300 << 20;
+    bytes[at..at + HEADER_BYTES].copy_from_slice(&header.to_bytes());
+    let path = file(&folder, &bytes);
+
+    let report = json(&run("validate", &path, &["--json"]));
+    assert_eq!(
+        (&report["kind"], &report["which"]),
+        (&"LimitExceeded".into(), &"stored_bytes".into())
+    );
+    let figures = [(300u64 << 20).to_string(), (256u64 << 20).to_string()];
+    assert_eq!(report["asked"].to_string(), figures[0]);
+    assert_eq!(report["allowed"].to_string(), figures[1]);
+    let told = text(&run("validate", &path, &[]).stderr);
+    for part in ["the limit is stored_bytes", &figures[0], &figures[1]] {
+        assert!(told.contains(part), "{part} is not in {told}");
+    }
+}
+
+/// Peak resident memory of a command in bytes, by asking the system until the command ends.
+#[cfg(target_os = "linux")]
+fn peak_memory(command: &str, path: &Path) -> u64 {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dapple"))
+        .arg(command)
+        .arg(path)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .expect("dapple runs");
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    loop {
+        // The line is gone once the process has ended.
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        peak = peak.max(kilobytes.unwrap_or(0) << 10);
+        if let Some(ended) = child.try_wait().expect("a child") {
+            assert!(ended.success(), "{command} {}", path.display());
+            return peak;
+        }
+        std::thread::sleep(std::time::Duration::from_micros(100));
+    }
+}
+
+/// Memory of `validate` and `inspect` does not grow with the stream. Writes a gigabyte to the
+/// folder for temporary files; run with `cargo test --test streams -- --ignored --nocapture`.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "writes a gigabyte"]
+fn a_gigabyte_takes_no_more_memory_than_ten_megabytes() {
+    use std::io::Write;
+
+    let folder = tempfile::tempdir().expect("folder");
+    let write = |name: &str, length: u64| {
+        let path = folder.path().join(name);
+        let mut out = std::fs::File::create(&path).expect("created");
+        let mut server = Server::new();
+        let mut frame = 0;
+        while server.encoder.written() < length {
+            server.frame(frame, frame.is_multiple_of(100), 512);
+            out.write_all(&server.bytes).expect("written");
+            server.bytes.clear();
+            frame += 1;
+        }
+        let mut last = server.bytes;
+        server.encoder.end(&mut last).expect("end");
+        out.write_all(&last).expect("written");
+        path
+    };
+    let small = write("small.dapple", 10_000_000);
+    let large = write("large.dapple", 1_000_000_001);
+    assert!(std::fs::metadata(&large).expect("a file").len() > 1_000_000_000);
+    for command in ["validate", "inspect"] {
+        let [few, many] = [&small, &large].map(|path| peak_memory(command, path));
+        println!("{command}: {few} bytes for 10 MB, {many} for 1 GB");
+        assert!(few > 1 << 20, "{command}: no peak was read");
+        assert!(
+            many < few + (8 << 20),
+            "{command}: {few} bytes for 10 MB, {many} for 1 GB"
+        );
+    }
 }
 
 #[test]
