@@ -1,5 +1,11 @@
 //! `inspect`, `validate` and `decode` on streams, whole and broken.
 
+#[cfg(target_os = "linux")]
+#[path = "streams/memory.rs"]
+mod memory;
+#[path = "streams/server.rs"]
+mod server;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -8,6 +14,7 @@ use dapple::codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Up
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
 };
+use server::Server;
 
 fn dapple(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dapple"))
@@ -217,88 +224,6 @@ fn inspect_counts_what_the_encoder_wrote() {
     );
 }
 
-/// A server with one track of 512 cells, whose bytes can be taken away as they come.
-struct Server {
-    encoder: Encoder,
-    grid: Grid,
-    bytes: Vec<u8>,
-}
-
-impl Server {
-    fn new() -> Server {
-        let mut bytes = Vec::new();
-        let encoder = Encoder::new(EncoderConfig::default(), &mut bytes).expect("encoder");
-        let grid = Grid {
-            dims: [16, 16, 16],
-            bucket_count: 1031,
-            cell_capacity: 512,
-            ..grid(PointWidths::BITS_32)
-        };
-        Server {
-            encoder,
-            grid,
-            bytes,
-        }
-    }
-
-    /// Declares a track, within a group.
-    fn declare(&mut self, id: u32) {
-        let track = Track {
-            id,
-            target: Target::default(),
-            aabb_min: [0.0; 3],
-            aabb_max: [8.0; 3],
-            space: LookupSpace::Mesh,
-            model: Model::Points(self.grid),
-        };
-        let declared = self.encoder.tracks(&mut self.bytes, &[track]);
-        declared.expect("tracks");
-    }
-
-    /// A frame of track 1: a keyframe, which starts a group, or a change of its first `cells`.
-    fn frame(&mut self, number: u64, keyframe: bool, cells: u32) {
-        if keyframe {
-            let group = self.encoder.group(&mut self.bytes, GroupStart::Keyframes);
-            group.expect("group");
-            self.declare(1);
-        }
-        let content: Vec<Cell> = (0..cells)
-            .map(|key| {
-                let ao = ((u64::from(key) + number) % 256) as f32 / 255.0;
-                cell(&self.grid, self.grid.cell_of(key), 7, ao).1
-            })
-            .collect();
-        let mut buckets = vec![Bucket::EMPTY; self.grid.bucket_count as usize];
-        for (key, cell) in content.iter().enumerate().filter(|_| keyframe) {
-            let entries = &mut buckets[self.grid.bucket_of_key(cell.key) as usize].0;
-            let free = entries.iter().position(|&entry| entry == EMPTY);
-            entries[free.expect("no bucket overflows")] = key as u32;
-        }
-        let indices: Vec<u32> = (0..self.grid.bucket_count).collect();
-        let update = Update {
-            track: 1,
-            bucket_indices: if keyframe { &indices } else { &[] },
-            buckets: if keyframe { &buckets } else { &[] },
-            cell_indices: &indices[..cells as usize],
-            cells: &content,
-        };
-        let coverage = if keyframe {
-            Coverage::Keyframe
-        } else {
-            Coverage::Delta
-        };
-        self.encoder
-            .points(&mut self.bytes, coverage, &[update], Compression::None)
-            .expect("points");
-        self.commit(number);
-    }
-
-    fn commit(&mut self, number: u64) {
-        let commit = self.encoder.commit(&mut self.bytes, number, None);
-        commit.expect("commit");
-    }
-}
-
 #[test]
 fn inspect_lists_keyframes_and_bins_of_bytes_per_frame() {
     let folder = tempfile::tempdir().expect("folder");
@@ -416,70 +341,6 @@ fn validate_names_the_limit_and_both_figures() {
     let told = text(&run("validate", &path, &[]).stderr);
     for part in ["the limit is stored_bytes", &figures[0], &figures[1]] {
         assert!(told.contains(part), "{part} is not in {told}");
-    }
-}
-
-/// Peak resident memory of a command in bytes, by asking the system until the command ends.
-#[cfg(target_os = "linux")]
-fn peak_memory(command: &str, path: &Path) -> u64 {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_dapple"))
-        .arg(command)
-        .arg(path)
-        .stdout(std::process::Stdio::null())
-        .spawn()
-        .expect("dapple runs");
-    let status = format!("/proc/{}/status", child.id());
-    let mut peak = 0;
-    loop {
-        // The line is gone once the process has ended.
-        let text = std::fs::read_to_string(&status).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
-        peak = peak.max(kilobytes.unwrap_or(0) << 10);
-        if let Some(ended) = child.try_wait().expect("a child") {
-            assert!(ended.success(), "{command} {}", path.display());
-            return peak;
-        }
-        std::thread::sleep(std::time::Duration::from_micros(100));
-    }
-}
-
-/// Memory of `validate` and `inspect` does not grow with the stream. Writes a gigabyte to the
-/// folder for temporary files; run with `cargo test --test streams -- --ignored --nocapture`.
-#[cfg(target_os = "linux")]
-#[test]
-#[ignore = "writes a gigabyte"]
-fn a_gigabyte_takes_no_more_memory_than_ten_megabytes() {
-    use std::io::Write;
-
-    let folder = tempfile::tempdir().expect("folder");
-    let write = |name: &str, length: u64| {
-        let path = folder.path().join(name);
-        let mut out = std::fs::File::create(&path).expect("created");
-        let mut server = Server::new();
-        let mut frame = 0;
-        while server.encoder.written() < length {
-            server.frame(frame, frame.is_multiple_of(100), 512);
-            out.write_all(&server.bytes).expect("written");
-            server.bytes.clear();
-            frame += 1;
-        }
-        let mut last = server.bytes;
-        server.encoder.end(&mut last).expect("end");
-        out.write_all(&last).expect("written");
-        path
-    };
-    let small = write("small.dapple", 10_000_000);
-    let large = write("large.dapple", 1_000_000_001);
-    assert!(std::fs::metadata(&large).expect("a file").len() > 1_000_000_000);
-    for command in ["validate", "inspect"] {
-        let [few, many] = [&small, &large].map(|path| peak_memory(command, path));
-        println!("{command}: {few} bytes for 10 MB, {many} for 1 GB");
-        assert!(few > 1 << 20, "{command}: no peak was read");
-        assert!(
-            many < few + (8 << 20),
-            "{command}: {few} bytes for 10 MB, {many} for 1 GB"
-        );
     }
 }
 
