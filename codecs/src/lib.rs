@@ -130,6 +130,13 @@ mod track;
 mod transforms;
 mod wire;
 
+/// Entries for the fuzz targets, which no program has.
+#[cfg(all(fuzzing, feature = "std"))]
+#[doc(hidden)]
+pub mod fuzzing {
+    pub use crate::container::compress::unpack_zstd_twice;
+}
+
 pub use container::Compression;
 pub use decoder::{Decoder, Event};
 pub use encoder::{Encoder, EncoderConfig};

@@ -191,7 +191,7 @@ impl Unpacker {
         }
     }
 
-    #[cfg_attr(all(feature = "std", not(test)), allow(dead_code))]
+    #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
     fn zstd_portable(&mut self, stored: &[u8], out: &mut [u8], window: u32) -> Result<(), Fault> {
         let decoder = self.portable.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
@@ -240,6 +240,21 @@ fn check_lz4_block(block: &[u8], content: usize) -> Result<(), Fault> {
             return Err(Fault::Lz4);
         }
     }
+}
+
+/// What each of the two zstd decoders, C first, makes of a frame that passes the checks before them.
+#[cfg(all(fuzzing, feature = "std"))]
+pub fn unpack_zstd_twice(
+    frame: &[u8],
+    content: usize,
+    window: u32,
+) -> Option<(Option<Vec<u8>>, Option<Vec<u8>>)> {
+    check_zstd_frame(frame, content, window).ok()?;
+    let mut unpacker = Unpacker::default();
+    let (mut native, mut portable) = (alloc::vec![0; content], alloc::vec![0; content]);
+    let first = unpacker.zstd_native(frame, &mut native);
+    let second = unpacker.zstd_portable(frame, &mut portable, window);
+    Some((first.ok().map(|()| native), second.ok().map(|()| portable)))
 }
 
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
