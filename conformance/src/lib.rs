@@ -4,8 +4,10 @@
 //! What a foreign decoder has to speak stands in `conformance/README.md`, the form of its output in
 //! `spec/dump.md`.
 
+pub mod checks;
 pub mod dump;
 pub mod forge;
 pub mod generate;
 pub mod protocol;
+pub mod run;
 pub mod vector;
