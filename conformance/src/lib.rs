@@ -5,9 +5,12 @@
 //! `spec/dump.md`.
 
 pub mod checks;
+pub mod clauses;
 pub mod dump;
 pub mod forge;
 pub mod generate;
+pub mod program;
 pub mod protocol;
+pub mod report;
 pub mod run;
 pub mod vector;
