@@ -1,0 +1,16 @@
+//! Conformance of Dapple decoders: the canonical dump, the vectors and what is known of them, the
+//! generator that writes them, and the runner that holds any decoder against them.
+//!
+//! What a foreign decoder has to speak stands in `conformance/README.md`, the form of its output in
+//! `spec/dump.md`.
+
+pub mod checks;
+pub mod clauses;
+pub mod dump;
+pub mod forge;
+pub mod generate;
+pub mod program;
+pub mod protocol;
+pub mod report;
+pub mod run;
+pub mod vector;

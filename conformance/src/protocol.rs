@@ -1,0 +1,350 @@
+//! What a decoder is asked and what it answers (`conformance/README.md`), and our own decoder as
+//! one that answers.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use dapple_codec::{Decoder, Error, Layer, Limits, LiveTrack};
+
+use crate::dump;
+
+/// What to do with the input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Decode it as a stream.
+    #[default]
+    Stream,
+    /// Run it as a session script.
+    Session,
+    /// Decode the stream in it, and look up what follows.
+    Queries,
+}
+
+/// The arguments of a request.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Arguments {
+    /// What to do.
+    pub mode: Mode,
+    /// Limits other than the defaults, by name.
+    pub limits: BTreeMap<String, u64>,
+    /// The input may stop after any commit.
+    pub live: bool,
+    /// More input may come: no end and no fault is [`Status::NeedInput`].
+    pub partial: bool,
+    /// Bytes that the decoder is fed at a time; 0 for all at once.
+    pub pieces: usize,
+}
+
+/// How a request ended; the exit code of a one-shot decoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The stream is complete, or the script was run.
+    Complete = 0,
+    /// The stream was refused; the last line of the output says why.
+    Refused = 1,
+    /// No fault so far, and no end.
+    NeedInput = 2,
+    /// The decoder does not do this.
+    NotImplemented = 89,
+}
+
+/// An answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// How it ended.
+    pub status: Status,
+    /// Dump, transcript or AO values.
+    pub output: Vec<u8>,
+}
+
+/// AO at a grid-space position (metres) with a unit normal on a track.
+pub type Sampler = fn(&Decoder, &LiveTrack, [f32; 3], [f32; 3]) -> f32;
+
+/// A decoder that can be asked.
+pub trait Program {
+    /// Asks.
+    ///
+    /// # Errors
+    /// A sentence on what the decoder did instead of answering.
+    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String>;
+}
+
+/// `dapple-codec`, in this process.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Own {
+    /// What queries are answered with.
+    pub sampler: Option<Sampler>,
+}
+
+impl Arguments {
+    /// The words of a command line or batch request.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        match self.mode {
+            Mode::Stream => {}
+            Mode::Session => words.push("--session".to_string()),
+            Mode::Queries => words.push("--queries".to_string()),
+        }
+        for (name, value) in &self.limits {
+            words.extend(["--limit".to_string(), format!("{name}={value}")]);
+        }
+        if self.live {
+            words.push("--live".to_string());
+        }
+        if self.partial {
+            words.push("--partial".to_string());
+        }
+        if self.pieces > 0 {
+            words.extend(["--pieces".to_string(), self.pieces.to_string()]);
+        }
+        words
+    }
+
+    /// Reads such words.
+    ///
+    /// # Errors
+    /// A sentence that names the word.
+    pub fn parse<'w>(words: impl IntoIterator<Item = &'w str>) -> Result<Arguments, String> {
+        let mut arguments = Arguments::default();
+        let mut words = words.into_iter();
+        while let Some(word) = words.next() {
+            match word {
+                "--session" => arguments.mode = Mode::Session,
+                "--queries" => arguments.mode = Mode::Queries,
+                "--live" => arguments.live = true,
+                "--partial" => arguments.partial = true,
+                "--pieces" => {
+                    let value = words.next().and_then(|value| value.parse().ok());
+                    arguments.pieces = value.ok_or("--pieces needs a number")?;
+                }
+                "--limit" => {
+                    let pair = words.next().and_then(|pair| pair.split_once('='));
+                    let (name, value) = pair.ok_or("--limit needs NAME=VALUE")?;
+                    let value = value
+                        .parse()
+                        .map_err(|_| format!("--limit {name} needs a number"))?;
+                    arguments.limits.insert(name.to_string(), value);
+                    limits(&arguments.limits)?;
+                }
+                _ => return Err(format!("{word}: no such argument")),
+            }
+        }
+        Ok(arguments)
+    }
+}
+
+/// The default limits with some replaced, by name.
+///
+/// # Errors
+/// A sentence that names the limit that does not exist or is out of range.
+pub fn limits(named: &BTreeMap<String, u64>) -> Result<Limits, String> {
+    let mut limits = Limits::default();
+    for (name, &value) in named {
+        let word = || u32::try_from(value).map_err(|_| format!("{name}: at most {}", u32::MAX));
+        match name.as_str() {
+            "stored_bytes" => limits.stored_bytes = word()?,
+            "unpacked_bytes" => limits.unpacked_bytes = word()?,
+            "frame_bytes" => limits.frame_bytes = word()?,
+            "zstd_window_bytes" => limits.zstd_window_bytes = word()?,
+            "tracks" => limits.tracks = word()?,
+            "path_bytes" => limits.path_bytes = word()?,
+            "state_bytes" => limits.state_bytes = value,
+            _ => return Err(format!("{name}: no such limit")),
+        }
+    }
+    Ok(limits)
+}
+
+impl Program for Own {
+    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+        let mut decoder = Decoder::new(limits(&arguments.limits)?);
+        match arguments.mode {
+            Mode::Stream => Ok(stream(&mut decoder, arguments, input)),
+            Mode::Session => session(&mut decoder, arguments, input),
+            Mode::Queries => self.queries(&mut decoder, arguments, input),
+        }
+    }
+}
+
+fn stream(decoder: &mut Decoder, arguments: &Arguments, input: &[u8]) -> Answer {
+    let mut output = dump::HEAD.to_string();
+    let mut result = push(decoder, input, arguments.pieces, &mut output);
+    let mut status = Status::Complete;
+    if result.is_ok() {
+        if arguments.partial && decoder.finish().is_err() {
+            status = Status::NeedInput;
+        } else if arguments.live {
+            result = decoder.finish_live();
+        } else {
+            result = decoder.finish();
+        }
+    }
+    if let Err(error) = result {
+        let _ = writeln!(
+            output,
+            "{{\"layer\":\"{}\",\"id\":{},\"offset\":{}}}",
+            layer(&error),
+            error.id,
+            error.offset
+        );
+        status = Status::Refused;
+    }
+    Answer {
+        status,
+        output: output.into_bytes(),
+    }
+}
+
+/// Feeds all of `input`, or up to the first fault.
+fn push(
+    decoder: &mut Decoder,
+    input: &[u8],
+    pieces: usize,
+    output: &mut String,
+) -> Result<(), Error> {
+    let piece_bytes = if pieces == 0 { input.len() } else { pieces };
+    for piece in input.chunks(piece_bytes.max(1)) {
+        let mut rest = piece;
+        while !rest.is_empty() {
+            let (consumed, event) = decoder.push(rest)?;
+            dump::event(decoder, event, output);
+            rest = &rest[consumed..];
+        }
+    }
+    Ok(())
+}
+
+/// The name of an error's layer.
+pub fn layer(error: &Error) -> &'static str {
+    match error.layer {
+        Layer::Framing => "framing",
+        Layer::Record => "record",
+        Layer::Codec => "codec",
+        _ => "session",
+    }
+}
+
+/// The error of a decoder that is pushed on after one.
+const STOPPED: u16 = 4011;
+
+/// Runs a session script.
+fn session(decoder: &mut Decoder, arguments: &Arguments, script: &[u8]) -> Result<Answer, String> {
+    let mut output = dump::HEAD.to_string();
+    // What a push left behind at a fault.
+    let mut held: &[u8] = &[];
+    let mut script = script;
+    while let Some(end) = script.iter().position(|&byte| byte == b'\n') {
+        let line = String::from_utf8_lossy(&script[..end]).into_owned();
+        script = &script[end + 1..];
+        let before = decoder.position();
+        let mut fed: &[u8] = &[];
+        let result = match line.split_once(' ') {
+            Some(("push", length)) => {
+                let length: usize = length.parse().map_err(|_| format!("{line}: no length"))?;
+                let bytes = script.get(..length);
+                fed = bytes.ok_or_else(|| format!("{line}: fewer bytes follow"))?;
+                script = &script[length..];
+                push(decoder, fed, arguments.pieces, &mut output)
+            }
+            None if line == "resume" => {
+                let resumed = decoder.resume();
+                let _ = writeln!(output, "resume {}", if resumed { "yes" } else { "no" });
+                if resumed {
+                    fed = std::mem::take(&mut held);
+                    push(decoder, fed, arguments.pieces, &mut output)
+                } else {
+                    Ok(())
+                }
+            }
+            None if line == "reset" => {
+                decoder.reset();
+                held = &[];
+                output.push_str("reset\n");
+                Ok(())
+            }
+            None if line == "finish" || line == "finish-live" => {
+                let finished = match line.as_str() {
+                    "finish" => decoder.finish(),
+                    _ => decoder.finish_live(),
+                };
+                if finished.is_ok() {
+                    output.push_str("finished\n");
+                }
+                finished
+            }
+            _ => return Err(format!("{line}: no such step of a session")),
+        };
+        if let Err(error) = result {
+            let used = (decoder.position() - before) as usize;
+            // A push into a decoder that has stopped is lost; what it stopped in is not.
+            if !fed.is_empty() && error.id != STOPPED {
+                held = fed.get(used..).unwrap_or(&[]);
+            }
+            let _ = writeln!(
+                output,
+                "error {} {} {}",
+                layer(&error),
+                error.id,
+                error.offset
+            );
+        }
+    }
+    Ok(Answer {
+        status: Status::Complete,
+        output: output.into_bytes(),
+    })
+}
+
+impl Own {
+    fn queries(
+        &self,
+        decoder: &mut Decoder,
+        arguments: &Arguments,
+        input: &[u8],
+    ) -> Result<Answer, String> {
+        let not_implemented = Answer {
+            status: Status::NotImplemented,
+            output: Vec::new(),
+        };
+        let Some(sampler) = self.sampler else {
+            return Ok(not_implemented);
+        };
+        let short = || "the queries end within the stream".to_string();
+        let (length, rest) = input.split_first_chunk::<4>().ok_or_else(short)?;
+        let length = u32::from_le_bytes(*length) as usize;
+        let (bytes, lines) = rest.split_at_checked(length).ok_or_else(short)?;
+        let decoded = stream(decoder, arguments, bytes);
+        if decoded.status != Status::Complete {
+            return Ok(decoded);
+        }
+        let lines = str::from_utf8(lines).map_err(|_| "the queries are not text")?;
+        let mut output = String::new();
+        for line in lines.lines() {
+            let ao = query(decoder, sampler, line).ok_or_else(|| format!("{line}: no query"))?;
+            let _ = writeln!(output, "{ao}");
+        }
+        Ok(Answer {
+            status: Status::Complete,
+            output: output.into_bytes(),
+        })
+    }
+}
+
+/// Metres a unit of a query's position.
+pub const POSITION_UNIT: f32 = 1.0 / 65536.0;
+
+fn query(decoder: &Decoder, sampler: Sampler, line: &str) -> Option<f32> {
+    let numbers: Vec<i64> = line
+        .split(' ')
+        .map(|word| word.parse().ok())
+        .collect::<Option<_>>()?;
+    let &[track, x, y, z, nx, ny, nz] = numbers.as_slice() else {
+        return None;
+    };
+    let mut tracks = decoder.tracks().iter();
+    let live = tracks.find(|live| i64::from(live.track.id) == track)?;
+    let position = [x, y, z].map(|v| v as f32 * POSITION_UNIT);
+    let length = ((nx * nx + ny * ny + nz * nz) as f64).sqrt();
+    let normal = [nx, ny, nz].map(|v| (v as f64 / length) as f32);
+    Some(sampler(decoder, live, position, normal))
+}
