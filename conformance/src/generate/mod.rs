@@ -2,6 +2,7 @@
 //! expects by hand; what our decoder makes of it is only checked against that.
 
 mod container;
+mod frames;
 mod limits;
 mod packing;
 mod plan;
