@@ -71,10 +71,10 @@ fn an_invalid_vector_breaks_a_clause_that_it_names() {
         let mut named = stated
             .iter()
             .filter(|c| vector.info.clauses.contains(&c.id));
-        let breaks = named.any(|clause| clause.errors.contains(&error.id));
-        // What a decoder does at an error may be shown by any.
-        let shows = vector.info.class == Class::Behaviour;
-        assert!(breaks || shows, "{}: {}", vector.path(), error.id);
+        // What a decoder does at an error, such as which it meets first, may be shown by any.
+        let breaks =
+            |clause: &Clause| clause.errors.contains(&error.id) || clause.class == Class::Behaviour;
+        assert!(named.any(breaks), "{}: {}", vector.path(), error.id);
     }
 }
 

@@ -3,8 +3,22 @@
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
 use dapple_conformance::vector::{self, Kind, Vector};
 
-/// Vectors that show much in little, by what their paths contain: the first of each.
-const TELLING: &[&str] = &["container/valid/least"];
+/// Vectors that show much in little.
+const TELLING: &[&str] = &[
+    "container/valid/commit-digest",
+    "container/valid/group-empties",
+    "container/valid/least",
+    "container/valid/live-after-commit",
+    "container/valid/path-controls",
+    "container/valid/remove-with-transform",
+    "container/valid/track-numbers-extreme",
+    "container/valid/usual",
+    "points/valid/cell-freed-and-used-again",
+    "points/valid/cells-of-0-to-7-points-24-bits",
+    "points/valid/chain-of-deltas",
+    "points/valid/order-of-entries",
+    "points/valid/unnamed-cell-keeps",
+];
 
 fn output(vector: &Vector) -> String {
     let arguments = Arguments {

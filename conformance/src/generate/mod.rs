@@ -11,7 +11,7 @@ mod sessions;
 use std::collections::BTreeMap;
 
 use crate::protocol::{Arguments, Mode, Own, Program as _, split};
-use crate::vector::{Class, Fault, Info, Kind, Query, Vector, sha256};
+use crate::vector::{Class, Info, Kind, Query, Vector, sha256};
 
 /// All vectors, in the order of their paths.
 ///
