@@ -43,3 +43,10 @@ impl Default for Limits {
         }
     }
 }
+
+impl Limits {
+    /// Provisional.
+    pub fn heap_bytes(&self) -> u64 {
+        u64::MAX / 2
+    }
+}
