@@ -1,27 +1,43 @@
 //! Our decoder against every vector, in this process. What mutation and coverage runs use: nothing
 //! runs beneath it but `dapple-codec`, without a sampler.
 
+use std::thread;
+
 use dapple_conformance::protocol::Own;
 use dapple_conformance::run::{Flips, Options, run};
-use dapple_conformance::vector;
+use dapple_conformance::vector::{self, Vector};
 
 #[test]
 fn our_decoder_passes_every_vector() {
     let vectors = vector::load(&vector::folder()).expect("vectors");
+    let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
+    let share = vectors.len().div_ceil(threads);
+    let failed: String = thread::scope(|scope| {
+        let parts = vectors.chunks(share);
+        let parts: Vec<_> = parts.map(|part| scope.spawn(|| failures(part))).collect();
+        let parts = parts.into_iter();
+        parts.map(|part| part.join().expect("no panic")).collect()
+    });
+    assert!(failed.is_empty(), "\n{failed}");
+}
+
+/// The first failure of each vector that fails, a line each.
+fn failures(vectors: &[Vector]) -> String {
     let options = Options {
         flips: Flips::Sample,
         compare: false,
         ..Options::default()
     };
-    let report = run("own", &mut Own::default(), &vectors, &options, &mut |_| {});
-    let report = report.expect("vectors to run");
+    let report = run("own", &mut Own::default(), vectors, &options, &mut |_| {});
     let mut failed = String::new();
-    for outcome in report.outcomes.iter().filter(|outcome| outcome.failed()) {
-        let failure = &outcome.failures[0];
-        failed += &format!(
-            "{}, {}: expected {}, got {}\n",
-            outcome.path, failure.check, failure.expected, failure.got
-        );
+    for outcome in report.expect("vectors to run").outcomes {
+        if outcome.failed() {
+            let failure = &outcome.failures[0];
+            failed += &format!(
+                "{}, {}: expected {}, got {}\n",
+                outcome.path, failure.check, failure.expected, failure.got
+            );
+        }
     }
-    assert!(failed.is_empty(), "\n{failed}");
+    failed
 }

@@ -19,10 +19,14 @@ pub fn html(report: &Report, clauses: &[Clause]) -> String {
          <title>Dapple conformance: {decoder}</title>\n<style>\n{STYLE}</style>\n\
          <header>\n<h1>Dapple conformance</h1>\n<p><code>{decoder}</code> \
          <strong class=\"{class}\">{result}</strong></p>\n<p class=\"quiet\">{} vectors, {} \
-         requests, {} clauses</p>\n</header>\n<main>\n",
+         requests, {} clauses</p>\n<nav>{}<a href=\"#clauses\">Clauses</a></nav>\n</header>\n<main>\n",
         report.outcomes.len(),
         report.requests(),
         clauses.len(),
+        match report.passed() {
+            true => "",
+            false => "<a href=\"#failures\">Failures</a> ",
+        },
     );
     totals(report, &mut out);
     failures(report, &mut out);
@@ -69,7 +73,7 @@ fn failures(report: &Report, out: &mut String) {
     if failed.is_empty() {
         return;
     }
-    let _ = writeln!(out, "<h2>Failures ({})</h2>", failed.len());
+    let _ = writeln!(out, "<h2 id=\"failures\">Failures ({})</h2>", failed.len());
     for outcome in failed {
         let _ = write!(
             out,
@@ -118,7 +122,7 @@ fn coverage(report: &Report, clauses: &[Clause], out: &mut String) {
     if clauses.is_empty() {
         return;
     }
-    *out += "<h2>Clauses</h2>\n<p class=\"quiet\">Vectors of this run that name the clause, and \
+    *out += "<h2 id=\"clauses\">Clauses</h2>\n<p class=\"quiet\">Vectors of this run that name the clause, and \
              tests of the reference decoder.</p>\n<div class=\"wide\"><table>\n\
              <thead><tr><th>clause<th>class<th class=\"far\">chapter<th class=\"far\">errors\
              <th class=\"n\">passed<th class=\"n\">failed<th class=\"n\">other<th>vectors and \
