@@ -4,8 +4,8 @@
 
 DECODER is a command that speaks the protocol of the conformance suite; `--batch` is
 appended to it. Each case takes a stream of the vectors, puts one to three faults into
-it (a bit, a byte, a word, a field of a header, a packed payload, a record lost, twice
-or out of place), mends checksums, sequences and totals so that the fault is met where
+it (a bit, a byte, a word, a field of a header, a packed payload, a record lost, twice,
+out of place or of another stream), mends checksums, sequences and totals so that the fault is met where
 it lies and not before, and asks both decoders, as a stream or as a session that resumes.
 Status and output, with id and offset of an error, must be the same. The same arguments
 give the same cases. Exit code 1 where the decoders differ.
@@ -102,7 +102,7 @@ def damage(rng: random.Random, data: bytes) -> bytes:
     return bytes(out)
 
 
-def literals(size: int, last: bool) -> bytes:
+def literals(size: int) -> bytes:
     """Token and length bytes of an lz4 sequence of literals."""
     if size < 15:
         return bytes([size << 4])
@@ -115,7 +115,7 @@ def pack(rng: random.Random, record: Record) -> None:
     record.unpacked = len(data)
     if rng.random() < 0.5:
         record.packing = 1
-        record.payload = literals(len(data), True) + data
+        record.payload = literals(len(data)) + data
         return
     record.packing = 2
     single = rng.random() < 0.6
@@ -130,11 +130,11 @@ def pack(rng: random.Random, record: Record) -> None:
     record.payload = head + blocks
 
 
-def fault(rng: random.Random, records: list[Record]) -> str:
-    """Puts one fault into the records. Returns its kind."""
+def fault(rng: random.Random, records: list[Record], others: list[Record]) -> str:
+    """Puts one fault into the records, or a record of `others`. Returns its kind."""
     which = rng.randrange(len(records))
     record = records[which] = records[which].copy()
-    how = rng.randrange(20)
+    how = rng.randrange(23)
     if how < 10:
         if rng.random() < 0.15 and record.packing == 0:
             pack(rng, record)
@@ -170,6 +170,15 @@ def fault(rng: random.Random, records: list[Record]) -> str:
     if how == 16:
         records.insert(rng.randrange(len(records) + 1), record.copy())
         return "twice"
+    if how == 17:
+        record.payload = b""
+        record.mend_payload()
+        return "empty"
+    if how <= 19:
+        at = rng.randrange(len(records) + 1)
+        first = rng.randrange(len(others))
+        records[at:at] = [other.copy() for other in others[first : first + rng.choice((1, 1, 3))]]
+        return "spliced"
     other = rng.randrange(len(records))
     records[which], records[other] = records[other], records[which]
     return "swapped"
@@ -198,17 +207,30 @@ def written(rng: random.Random, preamble: bytes, records: list[Record], mend_end
     return bytes(out)
 
 
+def boundaries(stream: bytes) -> list[int]:
+    """Where the preamble, headers and payloads end, as far as the framing holds."""
+    found, at = [PREAMBLE], PREAMBLE
+    while at + HEADER <= len(stream):
+        size = int.from_bytes(stream[at + 16 : at + 20], "little")
+        found += [at + HEADER, at + HEADER + size]
+        at += HEADER + size
+    return [end for end in found if end <= len(stream)] or [len(stream)]
+
+
 def script(rng: random.Random, stream: bytes) -> bytes:
     """A session that takes the stream in pieces and goes on after each fault."""
     steps = [b"resume", b"finish", b"finish-live", b"reset"]
     out, at = b"", 0
+    ends = boundaries(stream)
+    some = rng.random() < 0.5  # cut where something ends, or anywhere
     while at < len(stream):
-        size = rng.choice((len(stream), rng.randrange(1, len(stream) + 1)))
-        piece = stream[at : at + size]
+        later = [end for end in ends if end > at] or [len(stream)]
+        end = rng.choice(later) if some else rng.randrange(at + 1, len(stream) + 1)
+        piece = stream[at : rng.choice((end, end, len(stream)))]
         out += b"push %d\n" % len(piece) + piece
         at += len(piece)
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
-            out += rng.choices(steps, (40, 4, 4, 1))[0] + b"\n"
+            out += rng.choices(steps, (20, 3, 6, 1))[0] + b"\n"
     return out + b"resume\n" * rng.randrange(4) + b"finish-live\nfinish\n"
 
 
@@ -278,19 +300,21 @@ def main() -> int:
         records = parse(stream)
         if not records:
             continue
+        others = parse(rng.choice(good)[1]) or records
         cases += 1
-        kinds = [fault(rng, records) for _ in range(rng.choice((1, 1, 1, 2, 3)))]
+        kinds = [fault(rng, records, others) for _ in range(rng.choice((1, 1, 1, 2, 3)))]
         if rng.random() < 0.7 and "sequence" not in kinds:
             renumber(records)
         data = written(rng, stream[:PREAMBLE], records, rng.random() < 0.9)
         if rng.random() < 0.03:
             data += rng.randbytes(rng.randrange(1, 40))
         if rng.random() < 0.03:
-            data = data[: rng.randrange(len(data) + 1)]
+            data = data[: rng.choice((rng.randrange(len(data) + 1), rng.choice(boundaries(data))))]
         limits = dict(LIMITS)
         if rng.random() < 0.05:
             limits["tracks"] = rng.randrange(3)
             limits["zstd_window_bytes"] = rng.choice((0, 1024, 65536))
+            limits["frame_bytes"] = rng.choice((16, 100, 400))
             limits["path_bytes"] = rng.randrange(8)
             limits["stored_bytes"] = rng.choice((8, 200, 2**32 - 1))
             limits["state_bytes"] = rng.choice((100, 1000, 10_000))
