@@ -7,8 +7,9 @@ appended to it. Each case takes a stream of the vectors, puts one to three fault
 it (a bit, a byte, a word, a field of a header, a packed payload, a record lost, twice,
 out of place or of another stream), mends checksums, sequences and totals so that the fault is met where
 it lies and not before, and asks both decoders, as a stream or as a session that resumes.
-Status and output, with id and offset of an error, must be the same. The same arguments
-give the same cases. Exit code 1 where the decoders differ.
+Status and output, with id and offset of an error, must be the same. Exit code 1 where
+the decoders differ. The same arguments give the same cases, given the same libraries of
+`python/requirements.txt`, which pack some of the payloads.
 """
 
 import argparse
@@ -18,6 +19,9 @@ import struct
 import subprocess
 import sys
 from pathlib import Path
+
+import lz4.block
+import zstandard
 
 sys.path.insert(0, str(Path(__file__).parent / "python"))
 
@@ -110,14 +114,21 @@ def literals(size: int) -> bytes:
 
 
 def pack(rng: random.Random, record: Record) -> None:
-    """Packs a plain payload: as literals, or as raw and RLE blocks, with a window or none."""
+    """Packs a plain payload: by a library, as literals, or as raw blocks with a window or none."""
     data = record.payload
     record.unpacked = len(data)
-    if rng.random() < 0.5:
-        record.packing = 1
+    how = rng.randrange(6)
+    record.packing = 1 if how < 2 else 2
+    if how == 0:
+        record.payload = lz4.block.compress(data, store_size=False)
+        return
+    if how == 1:
         record.payload = literals(len(data)) + data
         return
-    record.packing = 2
+    if how < 5:
+        compressor = zstandard.ZstdCompressor(level=rng.choice((1, 3, 9, 19)))
+        record.payload = compressor.compress(data)
+        return
     single = rng.random() < 0.6
     head = b"\x28\xb5\x2f\xfd" + bytes([0xA0 if single else 0x80])
     if not single:
@@ -136,7 +147,7 @@ def fault(rng: random.Random, records: list[Record], others: list[Record]) -> st
     record = records[which] = records[which].copy()
     how = rng.randrange(23)
     if how < 10:
-        if rng.random() < 0.15 and record.packing == 0:
+        if rng.random() < 0.3 and record.packing == 0:
             pack(rng, record)
         record.payload = damage(rng, record.payload)
         record.mend_payload()
