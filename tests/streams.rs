@@ -485,7 +485,7 @@ fn the_dump_does_not_depend_on_packing_or_on_where_cells_lie() {
     let frames: Vec<&str> = plain.split("\nframe ").collect();
     assert_eq!(frames.len(), 4, "{plain}");
     assert!(
-        plain.starts_with("dapple-dump 1\nstream 60 1\nframe 0 10 "),
+        plain.starts_with("dapple-dump 1\nstream 60 1\ngroup 0 keyframes\nframe 0 10 "),
         "{plain}"
     );
     assert!(frames[2].contains(&line), "{line} is not in {}", frames[2]);
@@ -495,7 +495,14 @@ fn the_dump_does_not_depend_on_packing_or_on_where_cells_lie() {
         "{plain}"
     );
     assert!(
-        frames[1].contains("track 1 mesh 4 4 4 7 5,4,8 3f000000 3e800000 \"hall/floor \\\"a\\\"\"")
+        frames[1].contains("\ntrack 1 points cells mesh "),
+        "{plain}"
+    );
+    assert!(frames[1].contains(" \"hall/floor \\\"a\\\"\"\n"), "{plain}");
+    assert!(frames[1].contains("\ngrid 1 4 4 4 7 "), "{plain}");
+    assert!(
+        frames[1].contains(" 5,4,8 3f000000 3e800000 3f800000 "),
+        "{plain}"
     );
     assert!(plain.ends_with("\nend\n"));
 }

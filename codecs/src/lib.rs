@@ -125,6 +125,7 @@ mod limits;
 pub mod points;
 mod ranges;
 mod records;
+mod room;
 mod session;
 mod track;
 mod transforms;

@@ -2,8 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::generate::split;
-use crate::protocol::{Answer, Arguments, Mode, Own, Program, Status};
+use crate::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
 use crate::run::{Flips, Level, Options};
 use crate::vector::{Fault, Kind, Query, Vector, sha256};
 

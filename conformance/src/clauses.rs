@@ -206,10 +206,11 @@ pub fn shows(vector: &Vector, clause: &Clause) -> bool {
     let info = &vector.info;
     info.clauses.contains(&clause.id)
         && match (clause.class, vector.kind, &info.error) {
-            (_, Kind::Sessions, _) => true,
+            // The order of checks, say, is shown by streams with two faults.
+            (Class::Behaviour, _, _) | (_, Kind::Sessions, _) => true,
             (Class::Reject, _, Some(error)) => clause.errors.contains(&error.id),
             (Class::Value, _, error) => error.is_none(),
-            (Class::Reject | Class::Behaviour, _, _) => false,
+            (Class::Reject, _, None) => false,
         }
 }
 

@@ -13,4 +13,5 @@ pub mod program;
 pub mod protocol;
 pub mod report;
 pub mod run;
+pub mod serve;
 pub mod vector;

@@ -93,7 +93,7 @@ impl Program for Batch {
 /// A program in batch mode.
 #[derive(Debug)]
 struct Running {
-    // Before the process, whose end waits for nothing: the program sees its input close first.
+    // Dropped before the process, so that its input closes first.
     requests: Sender<Vec<u8>>,
     answers: Receiver<Result<Answer, String>>,
     process: Process,
@@ -246,7 +246,11 @@ impl Drop for Process {
 fn shell(foreign: &Foreign, words: &[String]) -> Command {
     let mut line = String::new();
     if foreign.memory_mib > 0 {
-        line = format!("ulimit -v {} && ", foreign.memory_mib.saturating_mul(1024));
+        // Lines, so that a shell may let the last command take its place.
+        line = format!(
+            "ulimit -v {} || exit 126\n",
+            foreign.memory_mib.saturating_mul(1024)
+        );
     }
     line += &foreign.command;
     for word in words {

@@ -9,8 +9,9 @@ use dapple_fuzz::forge::record_starts;
 use dapple_fuzz::server;
 
 /// Targets that read a stream, each with the bytes before it: one seed for each.
-const STREAMS: [(&str, &[&[u8]]); 4] = [
+const STREAMS: [(&str, &[&[u8]]); 5] = [
     ("container", &[&[0], &[1], &[2]]),
+    ("differential", &[&[0x40], &[0x71]]),
     ("pieces", &[&[0, 0], &[1, 3], &[2, 40]]),
     ("output_leak", &[&[0, 0], &[0x22, 128]]),
     (
@@ -19,7 +20,14 @@ const STREAMS: [(&str, &[&[u8]]); 4] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 5] = ["points", "structured", "round_trip", "session", "zstd"];
+const BUILDERS: [&str; 6] = [
+    "differential",
+    "points",
+    "structured",
+    "round_trip",
+    "session",
+    "zstd",
+];
 
 fn main() -> io::Result<()> {
     let mut seeds = 0;

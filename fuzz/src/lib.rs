@@ -4,6 +4,7 @@ pub mod forge;
 pub mod mend;
 pub mod records;
 pub mod server;
+pub mod structured;
 pub mod viewer;
 
 use dapple_codec::Limits;

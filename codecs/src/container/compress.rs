@@ -2,6 +2,9 @@
 
 use alloc::vec::Vec;
 
+use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
+use ruzstd::io::Read as _;
+
 use super::header::Packing;
 use crate::error::{Failure, Fault, Limit};
 
@@ -13,6 +16,13 @@ const LZ4_RATIO: u64 = 255;
 const LZ4_LAST_MATCH: u64 = 12;
 /// ...and ends before its last literals.
 const LZ4_LAST_LITERALS: u64 = 5;
+
+/// A context of the C decoder, which writes to its output and needs no window (95 KiB in 1.5.7).
+const ZSTD_CONTEXT_BYTES: u64 = 192 << 10;
+/// The pure-Rust decoder without three times the window: tables, a block as it came, its literals,
+/// and 98 047 sequences, which is the most that the three bytes of their count can state; each of
+/// those grows by doubling.
+const ZSTD_PORTABLE_BYTES: u64 = 8 << 20;
 
 /// How an encoder packs a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +129,7 @@ pub(crate) struct Unpacker {
     #[cfg(feature = "std")]
     native: Option<zstd::bulk::Decompressor<'static>>,
     #[cfg_attr(feature = "std", allow(dead_code))]
-    portable: Option<alloc::boxed::Box<ruzstd::decoding::FrameDecoder>>,
+    portable: Option<alloc::boxed::Box<FrameDecoder>>,
 }
 
 impl Unpacker {
@@ -197,14 +207,19 @@ impl Unpacker {
         let decoder = self.portable.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
         decoder.set_max_window_size(u64::from(window).max(1024));
-        match decoder.decode_all(stored, out) {
-            Ok(bytes) if bytes == out.len() => Ok(()),
-            _ => {
-                // A failed frame leaves tables half built; they are not worth keeping.
-                self.portable = None;
-                Err(Fault::Zstd)
-            }
+        decode_blocks(decoder, stored, out).ok_or_else(|| {
+            // A failed frame leaves tables half built; they are not worth keeping.
+            self.portable = None;
+            Fault::Zstd
+        })
+    }
+
+    /// The most bytes that the decompressors have allocated at once. lz4 takes none.
+    pub(crate) fn heap_bytes(window: u32) -> u64 {
+        if cfg!(feature = "std") {
+            return ZSTD_CONTEXT_BYTES;
         }
+        3 * u64::from(window) + ZSTD_PORTABLE_BYTES
     }
 }
 
@@ -243,19 +258,54 @@ fn check_lz4_block(block: &[u8], content: usize) -> Result<(), Fault> {
     }
 }
 
-/// What each of the two zstd decoders, C first, makes of a frame that passes the checks before them.
+/// Decodes one frame block by block, so that no more than the window and one block wait for being
+/// read. `None` for anything but a frame of `out.len()` bytes.
+#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+fn decode_blocks(decoder: &mut FrameDecoder, mut stored: &[u8], mut out: &mut [u8]) -> Option<()> {
+    decoder.reset(&mut stored).ok()?;
+    let mut last = false;
+    while !last {
+        let one = BlockDecodingStrategy::UptoBlocks(1);
+        last = decoder.decode_blocks(&mut stored, one).ok()?;
+        let bytes = decoder.read(out).ok()?;
+        out = &mut out[bytes..];
+        // More than there is room for.
+        if decoder.can_collect() != 0 {
+            return None;
+        }
+    }
+    (stored.is_empty() && out.is_empty()).then_some(())
+}
+
+/// What each of the two zstd decoders, C first, makes of a frame that passes the checks before them:
+/// the content, or what the decoder says of the frame.
 #[cfg(all(fuzzing, feature = "std"))]
 pub fn unpack_zstd_twice(
     frame: &[u8],
     content: usize,
     window: u32,
-) -> Option<(Option<Vec<u8>>, Option<Vec<u8>>)> {
+) -> Option<[Result<Vec<u8>, alloc::string::String>; 2]> {
+    use alloc::string::ToString as _;
     check_zstd_frame(frame, content, window).ok()?;
     let mut unpacker = Unpacker::default();
     let (mut native, mut portable) = (alloc::vec![0; content], alloc::vec![0; content]);
-    let first = unpacker.zstd_native(frame, &mut native);
-    let second = unpacker.zstd_portable(frame, &mut portable, window);
-    Some((first.ok().map(|()| native), second.ok().map(|()| portable)))
+    let first = unpacker.zstd_native(frame, &mut native).map_err(|_| {
+        let mut out = alloc::vec![0; content];
+        match zstd::bulk::decompress_to_buffer(frame, &mut out) {
+            Ok(bytes) => alloc::format!("{bytes} bytes"),
+            Err(error) => error.to_string(),
+        }
+    });
+    let second = unpacker
+        .zstd_portable(frame, &mut portable, window)
+        .map_err(|_| {
+            let mut out = alloc::vec![0; content];
+            match FrameDecoder::new().decode_all(frame, &mut out) {
+                Ok(bytes) => alloc::format!("{bytes} bytes"),
+                Err(error) => alloc::format!("{error:?}"),
+            }
+        });
+    Some([first.map(|()| native), second.map(|()| portable)])
 }
 
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no

@@ -14,8 +14,8 @@ mod tracks;
 
 use std::collections::BTreeMap;
 
-use crate::protocol::{Answer, Arguments, Mode, Own, Program as _, Status};
-use crate::vector::{Class, Fault, Info, Kind, Query, Vector, sha256};
+use crate::protocol::{Arguments, Mode, Own, Program as _, split};
+use crate::vector::{Class, Info, Kind, Query, Vector, sha256};
 
 /// All vectors, in the order of their paths.
 ///
@@ -198,15 +198,4 @@ impl Draft {
             info,
         })
     }
-}
-
-/// What was put out before a fault, and the fault.
-pub fn split(answer: &Answer) -> (&[u8], Option<Fault>) {
-    if answer.status != Status::Refused {
-        return (&answer.output, None);
-    }
-    let end = answer.output.len().saturating_sub(1);
-    let line = answer.output[..end].iter().rposition(|&byte| byte == b'\n');
-    let (dump, last) = answer.output.split_at(line.map_or(0, |at| at + 1));
-    (dump, serde_json::from_slice(last).ok())
 }
