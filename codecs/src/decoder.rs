@@ -168,7 +168,8 @@ impl Decoder {
         }
     }
 
-    /// Ends the input. A stream that is whole has said so itself.
+    /// Ends the input. A stream that is whole has said so itself. Only asks: an error here does not
+    /// stop the decoder, and more input may come.
     ///
     /// # Errors
     /// 1019 without an `end` record, 4011 after an error.
@@ -197,7 +198,7 @@ impl Decoder {
     /// After an error: go on at the next group that can be decoded, passing over what comes before
     /// it (tracks that are declared on the way are taken in). Returns false where that is
     /// impossible, since the framing is lost; then only [`Decoder::reset`] helps. Push from
-    /// [`Decoder::position`] on.
+    /// [`Decoder::position`] on. Without an error it is without effect.
     pub fn resume(&mut self) -> bool {
         let Phase::Failed(recovery) = self.phase else {
             return true;
@@ -213,6 +214,11 @@ impl Decoder {
             match self.check_header() {
                 Ok(phase) => self.phase = phase,
                 Err(_) => self.phase = Phase::Skip(self.header.stored_bytes),
+            }
+            if self.header.stored_bytes == 0 {
+                // Such a payload is there already. Nothing is told of it: it is passed over, or
+                // too short for any record, and then a fault that a search keeps to itself.
+                let _ = self.step(&[]);
             }
         }
         true

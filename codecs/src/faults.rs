@@ -352,7 +352,7 @@ pub(crate) const TABLE: &[(Fault, &str, &str)] = &[
     (
         Fault::PointBits,
         "point-bits",
-        "a point has bits beyond its width, or is unused and not zero",
+        "a point is neither zero nor marked as there",
     ),
     (Fault::FreeCell, "free-cell", "a free cell holds a point"),
     (

@@ -181,6 +181,28 @@ fn resume_goes_on_at_the_next_group() {
 }
 
 #[test]
+fn resume_waits_for_no_byte_of_an_empty_payload() {
+    let (bytes, _) = stream(Compression::None, false);
+    let start = records(&bytes)[1];
+    // Of a record that is passed over, and of one that is taken in and too short.
+    for (record_type, critical) in [(0x7000, false), (3, true)] {
+        let mut ahead = with_header(&bytes, start, |h| {
+            h.record_type = record_type;
+            h.critical = critical;
+            h.sequence = 9;
+            h.stored_bytes = 0;
+            h.unpacked_bytes = 0;
+        });
+        ahead.truncate(start + 32);
+        let mut decoder = Decoder::new(Limits::default());
+        assert_eq!(decode(&mut decoder, &ahead).1.unwrap_err().id, 1008);
+        assert_eq!(decoder.finish_live().unwrap_err().id, 4011);
+        assert!(decoder.resume());
+        decoder.finish_live().unwrap();
+    }
+}
+
+#[test]
 fn a_group_can_build_on_a_state() {
     let table = track(1, PointWidths::BITS_32, 3, 4);
     let mut out = Vec::new();

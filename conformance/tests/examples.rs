@@ -1,9 +1,9 @@
-//! The worked stream of the specification decodes to the dump beside it.
+//! The worked streams of the specification come to the dump and the transcript beside them.
 
 use std::fs;
 
 use dapple_conformance::clauses;
-use dapple_conformance::protocol::{Arguments, Own, Program as _, Status};
+use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _, Status};
 
 /// The lines of the fenced blocks of one kind.
 fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
@@ -43,6 +43,25 @@ fn the_bytes_decode_to_the_dump() {
     assert_eq!(answer.status, Status::Complete);
     let said = format!("The stream has {} bytes", stream.len());
     assert!(text.contains(&said), "{said}");
+}
+
+#[test]
+fn the_losses_come_to_the_transcript() {
+    let path = clauses::folder().join("loss.md");
+    let text = fs::read_to_string(path).expect("losses");
+    let stream = bytes(&blocks(&text, "hex"));
+    let push = format!("push {}\n", stream.len());
+    assert!(text.contains(&push), "{push}");
+    let mut script = push.into_bytes();
+    script.extend(&stream);
+    script.extend(b"resume\nresume\nresume\nfinish\n");
+    let arguments = Arguments {
+        mode: Mode::Session,
+        ..Arguments::default()
+    };
+    let answer = Own::default().ask(&arguments, &script).expect("an answer");
+    let transcript = blocks(&text, "transcript").join("\n") + "\n";
+    assert_eq!(String::from_utf8_lossy(&answer.output), transcript);
 }
 
 #[test]

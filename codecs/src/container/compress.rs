@@ -203,6 +203,7 @@ impl Unpacker {
 
     #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
     fn zstd_portable(&mut self, stored: &[u8], out: &mut [u8], window: u32) -> Result<(), Fault> {
+        check_zstd_modes(stored)?;
         let decoder = self.portable.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
         decoder.set_max_window_size(u64::from(window).max(1024));
@@ -382,6 +383,61 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
     }
 }
 
+/// The two reserved bits in each compressed block of a frame that [`check_zstd_frame`] passed are
+/// zero (RFC 8878, 3.1.1.3.2.1). The portable decoder does not look at them, the native one does.
+#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+fn check_zstd_modes(frame: &[u8]) -> Result<(), Fault> {
+    let byte = |at: usize| frame.get(at).copied().ok_or(Fault::Zstd);
+    let little = |at: usize, bytes: usize| -> Result<u64, Fault> {
+        (0..bytes).try_fold(
+            0,
+            |value, i| Ok(value | u64::from(byte(at + i)?) << (8 * i)),
+        )
+    };
+    let descriptor = byte(4)?;
+    let single_segment = descriptor & 0x20 != 0;
+    let size_bytes = [1, 2, 4, 8][usize::from(descriptor >> 6)];
+    let mut at = 5 + usize::from(!single_segment) + size_bytes;
+    loop {
+        let header = little(at, 3)?;
+        let (kind, size) = (header >> 1 & 3, (header >> 3) as usize);
+        at += 3;
+        if kind == 2 {
+            // Literals: type and format of the sizes, then the sizes and the literals (3.1.1.3.1).
+            let head = little(at, size.min(5))?;
+            let (header_bytes, literals) = match (head & 3, head >> 2 & 3) {
+                (0, 0 | 2) => (1, head >> 3 & 0x1f),
+                (0, 1) => (2, head >> 4 & 0xfff),
+                (0, _) => (3, head >> 4 & 0xf_ffff),
+                (1, 0 | 2) => (1, 1),
+                (1, 1) => (2, 1),
+                (1, _) => (3, 1),
+                (_, 0 | 1) => (3, head >> 14 & 0x3ff),
+                (_, 2) => (4, head >> 18 & 0x3fff),
+                _ => (5, head >> 22 & 0x3_ffff),
+            };
+            // Sequences: their count in one to three bytes, and if there are any the modes.
+            let count = at + header_bytes + literals as usize;
+            let modes = match byte(count)? {
+                0 => None,
+                1..128 => Some(count + 1),
+                128 if byte(count + 1)? == 0 => None,
+                128..255 => Some(count + 2),
+                255 => Some(count + 3),
+            };
+            if let Some(modes) = modes
+                && byte(modes)? & 3 != 0
+            {
+                return Err(Fault::Zstd);
+            }
+        }
+        at += if kind == 1 { 1 } else { size };
+        if header & 1 == 1 {
+            return Ok(());
+        }
+    }
+}
+
 #[cfg(all(test, feature = "std"))]
 mod tests {
     use super::*;
@@ -422,6 +478,25 @@ mod tests {
                     .unwrap();
                 assert!(native == payload && portable == payload, "{size} {level}");
             }
+        }
+    }
+
+    #[test]
+    fn both_zstd_decoders_refuse_reserved_bits_of_modes() {
+        let frame = |modes| {
+            let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x20, 16];
+            // One block: two raw literals, one sequence.
+            frame.extend([0x45, 0, 0, 0x10, 0, 0, 1, modes, 0x32, 0xc0, 2]);
+            frame
+        };
+        let mut unpacker = Unpacker::default();
+        for modes in 0..4 {
+            let frame = frame(modes);
+            check_zstd_frame(&frame, 16, 1024).unwrap();
+            let wanted = if modes == 0 { Ok(()) } else { Err(Fault::Zstd) };
+            let mut out = [0; 16];
+            assert_eq!(unpacker.zstd_native(&frame, &mut out), wanted);
+            assert_eq!(unpacker.zstd_portable(&frame, &mut out, 1024), wanted);
         }
     }
 

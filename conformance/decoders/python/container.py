@@ -50,9 +50,9 @@ _HEADER = struct.Struct("<HBBIQIIII")
 class Decoder:
     """Takes a stream in pieces of any size, and tells an observer what it decodes to.
 
-    `push` and `finish` raise Fault. After one, nothing more is taken in until
-    `resume` or `reset` [C-114]; what came with the fault is kept and goes in after
-    `resume`.
+    `push` raises Fault. After one, nothing more is taken in until `resume` or `reset`
+    [C-114]; what came with the fault is kept and goes in after `resume`. `finish`
+    raises Fault, too, and changes nothing.
     """
 
     def __init__(self, limits: Limits, observer: Observer) -> None:
@@ -71,20 +71,18 @@ class Decoder:
         self.ended = False
         self.due = 0  # the sequence due
         self.headers_digest = Xxh64()  # of the preamble and the headers so far (section 6.7)
-        self.fault: Fault | None = None
-        self.fault_in_header = False
-        self.input_ended = False  # the fault is one of the end of the input
+        self.fault: Fault | None = None  # at which the decoder stopped
+        self.header_at_fault: tuple[Header, bytes] | None = None  # if it was one of a header
         self.searching = False
-        self.header_again = False  # the next header had a fault already [C-116]
         self.resumed = False  # ever: then records may be lost
 
     # ---- input ----
 
     def push(self, data: bytes) -> None:
         """The next bytes of the stream."""
-        self.keep(data)
         if self.fault is not None:
-            raise Fault(4011, self.fault.offset)
+            raise Fault(4011, self.offset)
+        self.keep(data)
         try:
             while self.step():
                 pass
@@ -97,23 +95,18 @@ class Decoder:
         self.buffer += data
 
     def finish(self, live: bool) -> None:
-        """The end of the input [C-103], [C-104]."""
+        """The end of the input [C-103], [C-104]. A question: it changes nothing."""
         if self.fault is not None:
-            raise Fault(4011, self.fault.offset)
+            raise Fault(4011, self.offset)
         if self.ended:
             return
         between_records = (
             self.preamble_done and self.header is None and not self.to_skip and not self.buffer
         )
-        try:
-            if not (live and between_records and self.session.has_stream):
-                raise Fault(1019, self.offset + len(self.buffer))
-            if self.session.frame is not None:
-                raise Fault(4006, self.offset + len(self.buffer))
-        except Fault as fault:
-            self.input_ended = True
-            self.stop(fault)
-            raise
+        if not (live and between_records and self.session.has_stream):
+            raise Fault(1019, self.offset + len(self.buffer))
+        if self.session.frame is not None:
+            raise Fault(4006, self.offset + len(self.buffer))
 
     def stop(self, fault: Fault) -> None:
         """[C-110]: the open frame is dropped."""
@@ -149,7 +142,7 @@ class Decoder:
     def step_preamble(self) -> bool:
         if len(self.buffer) < 16:
             return False
-        raw = bytes(self.buffer[:16])
+        raw = self.take(16)
         version, profile, crc = struct.unpack_from("<HHI", raw, 8)
         if raw[:8] != MAGIC:  # [C-001]
             raise Fault(1001, 0)
@@ -159,7 +152,7 @@ class Decoder:
             raise Fault(1003, 0)
         if profile != 0:  # [C-004]
             raise Fault(1004, 0)
-        self.headers_digest.update(self.take(16))
+        self.headers_digest.update(raw)
         self.preamble_done = True
         return True
 
@@ -168,22 +161,20 @@ class Decoder:
     def step_header(self) -> bool:
         if len(self.buffer) < HEADER_SIZE:
             return False
-        raw = bytes(self.buffer[:HEADER_SIZE])
+        start = self.offset
+        raw = self.take(HEADER_SIZE)
         header = Header._make(_HEADER.unpack(raw))
         try:
-            taken_in = self.check_header(header, raw)
+            self.enter(header, raw)
         except Fault as fault:
-            if self.header_again:
-                # [C-116]: passed over without another report; the sequence due stays.
-                self.header_again = False
-                self.take(HEADER_SIZE)
-                self.to_skip = header.stored_length
-                return True
-            fault.offset = self.offset
-            self.fault_in_header = True
+            self.header_at_fault = header, raw
+            fault.offset = start
             raise
-        self.header_again = False
-        self.take(HEADER_SIZE)
+        return True
+
+    def enter(self, header: Header, raw: bytes) -> None:
+        """Check a header; then its payload is due, or is passed over."""
+        taken_in = self.check_header(header, raw)
         if header.type != END and not self.resumed:
             self.headers_digest.update(raw)
         if taken_in:
@@ -191,7 +182,6 @@ class Decoder:
         else:
             self.to_skip = header.stored_length
             self.count(header)
-        return True
 
     def check_header(self, header: Header, raw: bytes) -> bool:
         """[C-010] to [C-021]; says whether the record is taken in, or else passed over."""
@@ -232,10 +222,8 @@ class Decoder:
         raise Fault(1008 if sequence > self.due else 1009)
 
     def count(self, header: Header) -> None:
-        """The record has come: the next sequence is due."""
-        self.due = header.sequence + 1
-        if self.searching:
-            self.due = min(self.due, LAST_SEQUENCE)  # [C-117]
+        """The record has come: the next sequence is due (section 2)."""
+        self.due = min(header.sequence + 1, LAST_SEQUENCE)
 
     # ---- Payload ----
 
@@ -249,12 +237,12 @@ class Decoder:
         try:
             self.take_payload(header, stored)
         except Fault as fault:
-            if searched:
-                return True  # [C-118]: as if the record had not come
-            if header.type != END:  # [C-116]: an end with a fault does not count
+            if header.type != END:  # [C-116], [C-118]: an end with a fault does not count
                 self.count(header)
+            if searched:
+                return True  # [C-118]: not reported
+            self.header_at_fault = None
             fault.offset = start
-            self.fault_in_header = False
             raise
         self.count(header)
         if header.type == GROUP:  # [C-119]
@@ -294,19 +282,22 @@ class Decoder:
     def resume(self) -> bool:
         """Go on after an error, in a search for a group; says whether that can be.
 
-        Then call `push`, with more bytes or none, for what is kept.
+        Without an error it is without effect. Then call `push`, with more bytes or none,
+        for what is kept.
         """
-        fault = self.fault
-        if fault is None or not self.can_resume(fault):
+        if self.fault is None:
+            return True
+        if self.fault.number in range(1001, 1007) or self.fault.number == 1020:  # [C-115]
             return False
         self.fault = None
         self.searching = True
         self.resumed = True
-        self.header_again = self.fault_in_header
+        if self.header_at_fault is not None:
+            header, raw = self.header_at_fault
+            self.header_at_fault = None
+            try:
+                self.enter(header, raw)
+            except Fault:
+                # [C-116]: passed over without another report; the sequence due stays.
+                self.to_skip = header.stored_length
         return True
-
-    def can_resume(self, fault: Fault) -> bool:
-        """[C-115]: not where the framing is lost, nor at the end of the input."""
-        if fault.number in range(1001, 1007) or fault.number == 1020:
-            return False
-        return not self.input_ended

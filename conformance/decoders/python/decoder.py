@@ -101,7 +101,11 @@ def run_session(options: Options, data: bytes, out: BinaryIO) -> int:
         words = command.decode("utf-8", "replace").split()
         try:
             if len(words) == 2 and words[0] == "push" and words[1].isdecimal():
-                push(decoder, script.read(int(words[1])), options.pieces)
+                size = int(words[1])
+                data = script.read(size)
+                if len(data) != size:
+                    raise UsageError("a push has fewer bytes than it says")
+                push(decoder, data, options.pieces)
             elif words == ["resume"]:
                 if decoder.resume():
                     dump.line("resume yes")
@@ -114,7 +118,7 @@ def run_session(options: Options, data: bytes, out: BinaryIO) -> int:
             elif words in (["finish"], ["finish-live"]):
                 decoder.finish(live=words == ["finish-live"])
                 dump.line("finished")
-            elif words:
+            else:
                 raise UsageError(f"no command {' '.join(words)}")
         except Fault as fault:
             dump.line(f"error {fault.layer} {fault.number} {fault.offset}")
@@ -122,13 +126,14 @@ def run_session(options: Options, data: bytes, out: BinaryIO) -> int:
 
 
 def push(decoder: Decoder, data: bytes, pieces: int) -> None:
-    """Push in pieces. After a fault the rest is kept."""
+    """Push in pieces. After a fault the rest is kept; a push into a stopped decoder is lost."""
     size = pieces or len(data) or 1
-    for at in range(0, max(len(data), 1), size):
+    for at in range(0, len(data), size):
         try:
             decoder.push(data[at : at + size])
-        except Fault:
-            decoder.keep(data[at + size :])
+        except Fault as fault:
+            if fault.number != 4011:
+                decoder.keep(data[at + size :])
             raise
 
 

@@ -7,6 +7,11 @@ from limits import Limits
 
 NONE, LZ4, ZSTD = 0, 1, 2
 
+# A match starts so many bytes before the end of the output, or earlier [C-035]...
+LZ4_LAST_MATCH = 12
+# ...and ends so many before it, or earlier.
+LZ4_LAST_LITERALS = 5
+
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 ZSTD_BLOCK_MAX = 131072
 # zstandard takes no larger window than this; our own limit is checked before ([C-032]).
@@ -35,10 +40,10 @@ def unpack(packing: int, stored: bytes, unpacked_length: int, limits: Limits) ->
 
 
 def unpack_lz4(block: bytes, unpacked_length: int) -> bytes:
-    """[C-030]: one block in the LZ4 block format, error 1015.
+    """[C-030], [C-035]: one block in the LZ4 block format, error 1015.
 
     The format is small enough to be read here. The usual library takes more than
-    the clause allows (a match offset of 0, a block that unpacks to less).
+    the clauses allow (a match offset of 0, a block that unpacks to less).
     """
     end = len(block)
     at = 0
@@ -76,7 +81,10 @@ def unpack_lz4(block: bytes, unpacked_length: int) -> bytes:
         offset = block[at] | block[at + 1] << 8
         at += 2
         match = length(token & 15) + 4
-        if offset == 0 or offset > len(out) or match > unpacked_length - len(out):
+        if offset == 0 or offset > len(out):
+            raise Fault(1015)
+        left = unpacked_length - len(out)  # from the start of the match to the end [C-035]
+        if left < LZ4_LAST_MATCH or left - match < LZ4_LAST_LITERALS:
             raise Fault(1015)
         pattern = out[len(out) - offset :][:match]  # a short one is repeated
         out += (pattern * (match // len(pattern) + 1))[:match]
@@ -94,7 +102,7 @@ def unpack_zstd(frame: bytes, unpacked_length: int, limits: Limits) -> bytes:
     blocks_at, window = check_zstd_header(frame, unpacked_length)
     if window > limits.zstd_window_bytes:  # [C-032]
         raise Fault(1018)
-    check_zstd_blocks(frame, blocks_at)
+    check_zstd_blocks(frame, blocks_at, window)
     try:
         decompressor = zstandard.ZstdDecompressor(max_window_size=ZSTD_LIBRARY_WINDOW)
         # One byte more than is due, so that too long a frame shows, and no more.
@@ -141,7 +149,7 @@ def check_zstd_header(frame: bytes, unpacked_length: int) -> tuple[int, int]:
     return at, content_size if single_segment else window
 
 
-def check_zstd_blocks(frame: bytes, at: int) -> None:
+def check_zstd_blocks(frame: bytes, at: int, window: int) -> None:
     """[C-031], what follows from the block headers (RFC 8878, 3.1.1.2)."""
     last = False
     while not last:
@@ -151,7 +159,7 @@ def check_zstd_blocks(frame: bytes, at: int) -> None:
         last = bool(header & 1)
         block_type = header >> 1 & 3
         size = header >> 3
-        if block_type == 3 or size > ZSTD_BLOCK_MAX:
+        if block_type == 3 or size > min(ZSTD_BLOCK_MAX, window):
             raise Fault(1017)
         at += 3 + (1 if block_type == 1 else size)  # an RLE block holds one byte
         if at > len(frame):

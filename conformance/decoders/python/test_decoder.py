@@ -20,14 +20,19 @@ from sampling import octahedral
 SPEC = Path(sys.argv[1])
 
 
-def example() -> tuple[bytes, bytes]:
-    """The stream of examples.md and its dump."""
-    text = (SPEC / "examples.md").read_text(encoding="utf-8")
+def worked(page: str, kind: str) -> tuple[bytes, bytes]:
+    """The stream of a page, in all its blocks of bytes, and the block that it comes to."""
+    text = (SPEC / page).read_text(encoding="utf-8")
     stream = bytearray()
     for block in re.findall(r"```hex\n(.*?)```", text, re.S):
         for line in block.splitlines():
             stream += bytes.fromhex(line.split(";")[0])
-    return bytes(stream), re.search(r"```dump\n(.*?)```", text, re.S)[1].encode()
+    return bytes(stream), re.search(rf"```{kind}\n(.*?)```", text, re.S)[1].encode()
+
+
+def example() -> tuple[bytes, bytes]:
+    """The stream of examples.md and its dump."""
+    return worked("examples.md", "dump")
 
 
 def run(data: bytes, arguments: str = "") -> tuple[int, bytes]:
@@ -124,7 +129,12 @@ def test_lz4() -> None:
     assert fault_of(unpack_lz4, b"\x14A\0\0\x50abcde", 14) == 1015  # offset 0
     assert fault_of(unpack_lz4, b"\x14A\2\0\x50abcde", 14) == 1015  # before the start
     assert fault_of(unpack_lz4, b"\x14A\1\0", 9) == 1015  # ends with a match
-    assert unpack_lz4(b"\x14A\1\0\0", 9) == b"A" * 9
+    # End conditions [C-035]: the match starts 12 bytes before the end and ends 5 before it.
+    assert unpack_lz4(b"\x13A\1\0\x50abcde", 13) == b"AAAAAAAAabcde"
+    assert unpack_lz4(b"\x14A\1\0\x50abcde", 14) == b"AAAAAAAAAabcde"
+    assert fault_of(unpack_lz4, b"\x12A\1\0\x50abcde", 12) == 1015
+    assert fault_of(unpack_lz4, b"\x14A\1\0\x40abcd", 13) == 1015
+    assert fault_of(unpack_lz4, b"\x14A\1\0\0", 9) == 1015
 
 
 def test_zstd() -> None:
@@ -137,8 +147,15 @@ def test_zstd() -> None:
             assert fault_of(unpack_zstd, packed[:-1], len(data), limits) == 1017
             assert fault_of(unpack_zstd, packed + b"x", len(data), limits) == 1017
     magic = b"\x28\xb5\x2f\xfd"
-    assert fault_of(unpack_zstd, magic + b"\x20\0\x2d\0\0\xff\xff\xff\xff\xff", 0, limits) == 1016
-    assert fault_of(unpack_zstd, magic + b"\x20\0\x09\0\0A", 0, limits) == 1016
+    # No content, and a block of noise, or of a byte; for a single segment the window is 0.
+    for block in (b"\x2d\0\0\xff\xff\xff\xff\xff", b"\x09\0\0A"):
+        assert fault_of(unpack_zstd, magic + b"\x80\0\0\0\0\0" + block, 0, limits) == 1016
+        assert fault_of(unpack_zstd, magic + b"\x20\0" + block, 0, limits) == 1017
+    # A window of 1024 bytes holds no raw block of 1025 [C-031].
+    for size, wanted in ((1024, 0), (1025, 1017)):
+        block = (size << 3 | 1).to_bytes(3, "little") + bytes(size)
+        frame = magic + b"\x40\0" + (size - 256).to_bytes(2, "little") + block
+        assert fault_of(unpack_zstd, frame, size, limits) == wanted, size
     assert fault_of(unpack_zstd, magic + b"\x24\0\x01\0\0", 0, limits) == 1017
 
 
@@ -173,6 +190,33 @@ def test_sessions() -> None:
         "dapple-dump 1\nerror framing 1001 0\nresume no\nreset\n"
         + dump.decode().removeprefix("dapple-dump 1\n") + "finished\n"
     )
+
+
+def test_loss() -> None:
+    """loss.md, whole and in pieces."""
+    stream, transcript = worked("loss.md", "transcript")
+    commands = script(stream, "resume", "resume", "resume", "finish")
+    for arguments in ("--session", "--session --pieces 1", "--session --pieces 50"):
+        assert run(commands, arguments) == (0, transcript), arguments
+
+
+def test_stopped() -> None:
+    """A decoder that stopped takes in nothing; the end of the input is a question."""
+    stream, _ = example()
+    parts = records(stream)
+    gap = parts[0] + parts[2]
+    steps = script(gap, b"lost", "finish", "resume", "finish-live", "resume")
+    # The header, looked at again, is an unreported 4007, and its payload is passed over.
+    assert run(steps, "--session")[1].decode().splitlines()[1:] == [
+        "error framing 1008 16", "error session 4011 48", "error session 4011 48", "resume yes",
+        f"error framing 1019 {len(gap)}", "resume yes",
+    ]
+    half = len(stream) // 2
+    steps = script(stream[:half], "finish", "finish-live", "resume", stream[half:], "finish", "finish")
+    output = run(steps, "--session")[1].decode().splitlines()
+    kept = [line for line in output if line.split()[0] in ("error", "resume", "finished", "end")]
+    error = f"error framing 1019 {half}"
+    assert kept == [error, error, "resume yes", "end", "finished", "finished"], kept
 
 
 def test_resume() -> None:
@@ -218,8 +262,13 @@ def test_noise() -> None:
 
 
 def test_sampling() -> None:
-    """At the first point of cube (1, 0, 2) of the last frame, which has AO 203; all normals up."""
+    """The fragments worked out in points.md, section 8; then one near a point of AO 203."""
     stream, _ = example()
+    half = stream[:1288]
+    asked = b"1 58880 2048 60416 0 1 0\n1 50688 8192 53760 0 1 0\n"
+    status, output = run(len(half).to_bytes(4, "little") + half + asked, "--queries --live")
+    worked_out, above = [float(line) for line in output.split()]
+    assert status == 0 and abs(worked_out - 0.481541) < 1e-6 and above == 1.0, output
     head = len(stream).to_bytes(4, "little") + stream
     status, output = run(head + b"1 43520 512 66048 0 1 0\n1 43520 512 66048 0 -1 0\n", "--queries")
     first, second = [float(line) for line in output.split()]
