@@ -7,7 +7,9 @@
 pub mod checks;
 pub mod clauses;
 pub mod dump;
+#[cfg(feature = "generate")]
 pub mod forge;
+#[cfg(feature = "generate")]
 pub mod generate;
 pub mod program;
 pub mod protocol;
