@@ -2,11 +2,12 @@
 //! expects by hand; what our decoder makes of it is only checked against that.
 
 mod container;
-mod frames;
+pub mod frames;
 mod limits;
 mod points;
 mod queries;
 mod records;
+pub mod sampling;
 mod sessions;
 
 use std::collections::BTreeMap;
@@ -25,7 +26,7 @@ pub fn all() -> Result<Vec<Vector>, String> {
     points::add(&mut drafts);
     limits::add(&mut drafts);
     sessions::add(&mut drafts);
-    queries::add(&mut drafts);
+    queries::add(&mut drafts)?;
     let vectors = drafts.into_iter().map(Draft::finish);
     let mut vectors = vectors.collect::<Result<Vec<Vector>, String>>()?;
     vectors.sort_by_key(Vector::path);
