@@ -22,3 +22,13 @@ cargo test --workspace --locked "$@"
 # What an engine embeds, and what a client takes, build alone.
 cargo build --locked -p dapple-codec --no-default-features
 cargo check --locked --lib --no-default-features
+# A client in a browser.
+wasm=wasm32-unknown-unknown
+if command -v rustup >/dev/null && ! rustup target list --installed | grep -qx "$wasm"; then
+    rustup target add "$wasm" || true
+fi
+if [ -d "$(rustc --print sysroot)/lib/rustlib/$wasm" ]; then
+    cargo build --locked -p dapple-codec --no-default-features --target "$wasm"
+else
+    echo "The target $wasm is not installed: the codec was not built for browsers." >&2
+fi

@@ -1,12 +1,20 @@
 //! `inspect`, `validate` and `decode` on streams, whole and broken.
 
+#[cfg(target_os = "linux")]
+#[path = "streams/memory.rs"]
+mod memory;
+#[path = "streams/server.rs"]
+mod server;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use dapple::codec::container::{HEADER_BYTES, PREAMBLE_BYTES, RecordHeader};
 use dapple::codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
 };
+use server::Server;
 
 fn dapple(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dapple"))
@@ -217,6 +225,126 @@ fn inspect_counts_what_the_encoder_wrote() {
 }
 
 #[test]
+fn inspect_lists_keyframes_and_bins_of_bytes_per_frame() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut server = Server::new();
+    let mut ends = vec![0];
+    // Keyframes 20 frames apart, then one after 10.
+    let is_keyframe = |frame: u64| frame.is_multiple_of(20) || frame == 90;
+    for frame in 0..100 {
+        server.frame(frame, is_keyframe(frame), 1 + frame as u32 % 7);
+        ends.push(server.bytes.len() as u64);
+    }
+    let mut bytes = server.bytes;
+    server.encoder.end(&mut bytes).expect("end");
+    let path = file(&folder, &bytes);
+    let report = json(&run("inspect", &path, &["--json"]));
+
+    let sizes: Vec<u64> = ends.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let number = |value: &serde_json::Value| value.as_u64().expect("a number");
+    let listed: Vec<(u64, u64)> = report["keyframe_list"]
+        .as_array()
+        .expect("keyframes")
+        .iter()
+        .map(|keyframe| (number(&keyframe["frame"]), number(&keyframe["bytes"])))
+        .collect();
+    let expected: Vec<(u64, u64)> = (0..100)
+        .filter(|&frame| is_keyframe(frame))
+        .map(|frame| (frame, sizes[frame as usize]))
+        .collect();
+    assert_eq!(listed, expected);
+    assert_eq!(
+        report["keyframe_interval"],
+        serde_json::json!({"shortest": 10, "longest": 20})
+    );
+    // Every byte belongs to one kind of frame.
+    let kinds = ["startup", "keyframes", "steady", "after"];
+    let sum: u64 = kinds
+        .iter()
+        .map(|kind| number(&report[format!("bytes_{kind}")]))
+        .sum();
+    assert_eq!(sum, bytes.len() as u64);
+    assert_eq!(
+        number(&report["bytes_after"]),
+        bytes.len() as u64 - ends[100]
+    );
+    // More frames than bins.
+    let line = &report["bytes_per_frame"];
+    assert_eq!(line["frames_per_bin"], 2);
+    let bins: Vec<u64> = line["bins"]
+        .as_array()
+        .expect("bins")
+        .iter()
+        .map(|bin| number(&bin["bytes"]))
+        .collect();
+    let pairs: Vec<u64> = sizes.chunks(2).map(|pair| pair.iter().sum()).collect();
+    assert_eq!(bins, pairs);
+
+    let shown = text(&run("inspect", &path, &[]).stdout);
+    for part in [
+        "keyframes: frame 0, 20, 40, 60, 80, 90; 10 to 20 frames apart",
+        "the mean of 2 frames each",
+        "█",
+    ] {
+        assert!(shown.contains(part), "{part} is not in {shown}");
+    }
+}
+
+#[test]
+fn inspect_counts_tracks_that_were_removed() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut server = Server::new();
+    server.frame(0, true, 3);
+    server.declare(2);
+    server.declare(3);
+    server.commit(1);
+    server
+        .encoder
+        .remove_tracks(&mut server.bytes, &[2])
+        .expect("removed");
+    server.commit(2);
+    let path = file(&folder, &server.bytes);
+    let report = json(&run("inspect", &path, &["--json"]));
+    assert_eq!(
+        (&report["tracks_declared"], &report["tracks_removed"]),
+        (&3.into(), &1.into())
+    );
+    assert_eq!(report["tracks"].as_array().map(Vec::len), Some(2));
+    let shown = text(&run("inspect", &path, &[]).stdout);
+    assert!(
+        shown.contains("3 tracks were declared, 1 of them"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn validate_names_the_limit_and_both_figures() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (mut bytes, _) = stream(Compression::None, 0);
+    // The second record claims more than the default limits allow, with its checksum in order.
+    let at = PREAMBLE_BYTES + HEADER_BYTES + 8;
+    let header: &[u8; HEADER_BYTES] = bytes[at..at + HEADER_BYTES].try_into().expect("a header");
+    let mut header = RecordHeader::read(header).expect("a record header");
+    header.stored_bytes = 300 << 20;
+    header.unpacked_bytes = 300 << 20;
+    bytes[at..at + HEADER_BYTES].copy_from_slice(&header.to_bytes());
+    let path = file(&folder, &bytes);
+
+    let report = json(&run("validate", &path, &["--json"]));
+    assert_eq!(
+        (&report["kind"], &report["which"]),
+        (&"LimitExceeded".into(), &"stored_bytes".into())
+    );
+    let figures = [(300u64 << 20).to_string(), (256u64 << 20).to_string()];
+    assert_eq!(report["asked"].to_string(), figures[0]);
+    assert_eq!(report["allowed"].to_string(), figures[1]);
+    let told = text(&run("validate", &path, &[]).stderr);
+    for part in ["the limit is stored_bytes", &figures[0], &figures[1]] {
+        assert!(told.contains(part), "{part} is not in {told}");
+    }
+}
+
+#[test]
 fn a_live_stream_is_valid_only_where_that_is_asked_for() {
     let folder = tempfile::tempdir().expect("folder");
     let (bytes, commits) = stream(Compression::None, 0);
@@ -357,7 +485,7 @@ fn the_dump_does_not_depend_on_packing_or_on_where_cells_lie() {
     let frames: Vec<&str> = plain.split("\nframe ").collect();
     assert_eq!(frames.len(), 4, "{plain}");
     assert!(
-        plain.starts_with("dapple-dump 1\nstream 60 1\nframe 0 10 "),
+        plain.starts_with("dapple-dump 1\nstream 60 1\ngroup 0 keyframes\nframe 0 10 "),
         "{plain}"
     );
     assert!(frames[2].contains(&line), "{line} is not in {}", frames[2]);
@@ -367,7 +495,14 @@ fn the_dump_does_not_depend_on_packing_or_on_where_cells_lie() {
         "{plain}"
     );
     assert!(
-        frames[1].contains("track 1 mesh 4 4 4 7 5,4,8 3f000000 3e800000 \"hall/floor \\\"a\\\"\"")
+        frames[1].contains("\ntrack 1 points cells mesh "),
+        "{plain}"
+    );
+    assert!(frames[1].contains(" \"hall/floor \\\"a\\\"\"\n"), "{plain}");
+    assert!(frames[1].contains("\ngrid 1 4 4 4 7 "), "{plain}");
+    assert!(
+        frames[1].contains(" 5,4,8 3f000000 3e800000 3f800000 "),
+        "{plain}"
     );
     assert!(plain.ends_with("\nend\n"));
 }

@@ -79,6 +79,35 @@
 //! - **Threads are the caller's.** Decode on a worker, copy the dirty ranges into the renderer's
 //!   buffers after [`Event::Frame`].
 //! - **Missing light is the client's policy**: hold the last value, fade, or take AO = 1.
+//!
+//! # Embedding
+//!
+//! Four programs that run as they stand, `cargo run -p dapple-codec --example file` and so on. Each
+//! checks its own result. They decode a small stream that `examples/sender` writes.
+//!
+//! ## From a file
+//!
+//! ```
+#![doc = include_str!("../examples/file.rs")]
+//! ```
+//!
+//! ## From a socket
+//!
+//! ```
+#![doc = include_str!("../examples/socket.rs")]
+//! ```
+//!
+//! ## On a worker thread
+//!
+//! ```
+#![doc = include_str!("../examples/worker.rs")]
+//! ```
+//!
+//! ## Upload of what changed
+//!
+//! ```
+#![doc = include_str!("../examples/upload.rs")]
+//! ```
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -96,10 +125,18 @@ mod limits;
 pub mod points;
 mod ranges;
 mod records;
+mod room;
 mod session;
 mod track;
 mod transforms;
 mod wire;
+
+/// Entries for the fuzz targets, which no program has.
+#[cfg(all(fuzzing, feature = "std"))]
+#[doc(hidden)]
+pub mod fuzzing {
+    pub use crate::container::compress::unpack_zstd_twice;
+}
 
 pub use container::Compression;
 pub use decoder::{Decoder, Event};

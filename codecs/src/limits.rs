@@ -1,11 +1,16 @@
 //! What a stream may ask of the machine that decodes it.
 
+use crate::container::compress::Unpacker;
+
+/// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
+/// the places that it may leave free.
+pub(crate) const TRACK_BYTES: u64 = 768;
+/// Dirty ranges, and lists of free places for no tracks.
+const LIST_BYTES: u64 = 64 << 10;
+
 /// Upper bounds that every claim of a stream is held against before memory is reserved for it.
 ///
-/// A decoder's memory stays below `state_bytes` for the state (buckets, cells and four bytes of
-/// bookkeeping a cell), plus `stored_bytes` for a record that is still arriving, plus `frame_bytes`
-/// for the frame that waits for its commit, plus one zstd window where the pure-Rust decoder
-/// serves, plus a few hundred bytes and the path of each live track. Each buffer grows to what was
+/// Together they bound a decoder's memory: [`Limits::heap_bytes`]. Each buffer grows to what was
 /// needed and is kept.
 ///
 /// The time of a record is bounded by its unpacked bytes and `state_bytes` together, since a
@@ -41,5 +46,44 @@ impl Default for Limits {
             path_bytes: 1024,
             state_bytes: 512 << 20,
         }
+    }
+}
+
+impl Limits {
+    /// The most bytes that a decoder with these limits ever has allocated at once, whatever it is
+    /// fed, through errors, [`crate::Decoder::resume`] and [`crate::Decoder::reset`]. The
+    /// decompressors count, in C or not; what an allocator adds to each block does not.
+    ///
+    /// It is the sum of
+    /// - `stored_bytes` for a record that is still arriving,
+    /// - `unpacked_bytes` for an unpacked record of any type but `points`,
+    /// - `frame_bytes` for the frame that waits for its commit,
+    /// - `state_bytes` for the state,
+    /// - 768 bytes of bookkeeping for each of `tracks`,
+    /// - the largest of those five once more: a buffer that grows is copied, and one does so at a
+    ///   time,
+    /// - `path_bytes` for each of `tracks`, and for one more that is only looked at,
+    /// - 64 KiB for lists that no stream makes longer,
+    /// - zstd: 192 KiB with the feature `std`; without it `3 * zstd_window_bytes` and 8 MiB, most of
+    ///   which only frames take that claim more sequences than a block can hold.
+    pub fn heap_bytes(&self) -> u64 {
+        let tracks = u64::from(self.tracks);
+        let parts = [
+            self.stored_bytes.into(),
+            self.unpacked_bytes.into(),
+            self.frame_bytes.into(),
+            self.state_bytes,
+            tracks.saturating_mul(TRACK_BYTES),
+        ];
+        let paths = tracks
+            .saturating_add(1)
+            .saturating_mul(self.path_bytes.into());
+        let largest = parts.iter().max().copied().unwrap_or(0);
+        parts
+            .iter()
+            .fold(largest, |sum, &part| sum.saturating_add(part))
+            .saturating_add(paths)
+            .saturating_add(LIST_BYTES)
+            .saturating_add(Unpacker::heap_bytes(self.zstd_window_bytes))
     }
 }

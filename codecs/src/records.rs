@@ -4,10 +4,24 @@ use alloc::vec::Vec;
 
 use crate::Limits;
 use crate::error::{Failure, Fault, Limit};
+use crate::limits::TRACK_BYTES;
 use crate::points::{Hasher, StagedPoints, State, StateDigest};
+use crate::room::make_room;
 use crate::session::{Commit, GroupStart, TickRate};
 use crate::track::{LiveTrack, Track, read_removed, read_tracks};
 use crate::transforms::{Transform, read_transforms};
+
+// One more of each kind, in all the lists that a track is in; a free place is doubled, cloned and
+// announced for buckets and for cells.
+const _: () = assert!(
+    size_of::<Track>()
+        + size_of::<LiveTrack>()
+        + size_of::<usize>()
+        + size_of::<(usize, Transform)>()
+        + StagedPoints::TRACK_BYTES
+        + 7 * size_of::<(u32, u32)>()
+        <= TRACK_BYTES as usize
+);
 
 /// A frame that was committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,11 +130,13 @@ impl Session {
                 ));
             }
             next_id = u64::from(track.id) + 1;
+            make_room(declared, 1, limits.tracks as usize);
             declared.push(track);
             Ok(())
         })?;
         let known = self.tracks.len();
         let places = self.state.add_tracks(&self.declared, limits.state_bytes)?;
+        make_room(&mut self.tracks, places.len(), limits.tracks as usize);
         for (track, (first_bucket, first_cell)) in self.declared.drain(..).zip(places) {
             self.tracks.push(LiveTrack {
                 hasher: Hasher::new(track.grid()),
@@ -142,6 +158,7 @@ impl Session {
         let (tracks, removed) = (&self.tracks, &mut self.removed);
         read_removed(payload, |id| {
             let at = find(tracks, id)?;
+            make_room(removed, 1, tracks.len());
             removed.push(at);
             if tracks[at].staged {
                 Err(Fault::TrackTwice)
@@ -162,7 +179,9 @@ impl Session {
         }
         let (tracks, staged) = (&self.tracks, &mut self.staged_transforms);
         read_transforms(payload, |id, transform| {
-            staged.push((find(tracks, id)?, transform));
+            let at = find(tracks, id)?;
+            make_room(staged, 1, tracks.len());
+            staged.push((at, transform));
             Ok(())
         })?;
         self.has_transforms = true;
@@ -187,7 +206,7 @@ impl Session {
                 allowed,
             ));
         }
-        Ok(self.staged.room(bytes))
+        Ok(self.staged.room(bytes, limits.frame_bytes as usize))
     }
 
     pub(crate) fn points(&mut self, bytes: usize) -> Result<(), Failure> {

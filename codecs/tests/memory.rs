@@ -39,6 +39,125 @@ fn peak_of(f: impl FnOnce()) -> usize {
     PEAK.load(Relaxed) - before
 }
 
+/// Tight, and enough for [`stream`].
+const SMALL: Limits = Limits {
+    stored_bytes: 16 << 10,
+    unpacked_bytes: 16 << 10,
+    frame_bytes: 32 << 10,
+    zstd_window_bytes: 16 << 10,
+    tracks: 8,
+    path_bytes: 64,
+    state_bytes: 16 << 10,
+};
+const PACKINGS: [u8; 3] = [0, 1, 2];
+/// What the encoder of this build has.
+const ZSTD: Compression = if cfg!(feature = "std") {
+    Compression::PAPER
+} else {
+    Compression::Lz4
+};
+
+/// Runs `f` with a fresh decoder, which must take at least `least` bytes and at most what its limits
+/// state. What C allocates is outside Rust's allocator: it is one context, counted by its size.
+fn within(limits: Limits, least: usize, f: impl FnOnce(&mut Decoder)) {
+    let mut context = 0;
+    if cfg!(feature = "std") {
+        context = zstd::zstd_safe::DCtx::create().sizeof();
+    }
+    let peak = peak_of(|| f(&mut Decoder::new(limits))) + context;
+    let stated = limits.heap_bytes();
+    assert!(peak as u64 <= stated, "{peak} bytes of {stated}");
+    assert!(peak >= least, "{peak} bytes of at least {least}");
+}
+
+/// Pushes everything; the number of the first error.
+fn push(decoder: &mut Decoder, bytes: &[u8]) -> std::result::Result<(), u16> {
+    let mut rest = bytes;
+    loop {
+        let (consumed, event) = decoder.push(rest).map_err(|error| error.id)?;
+        rest = &rest[consumed..];
+        if matches!(event, Event::NeedInput | Event::End) {
+            return Ok(());
+        }
+    }
+}
+
+/// Pushes pieces, through errors.
+fn push_all(decoder: &mut Decoder, bytes: &[u8], piece: usize) {
+    let mut at = 0;
+    while at < bytes.len() {
+        let piece = &bytes[at..at.saturating_add(piece).min(bytes.len())];
+        if push(decoder, piece).is_err() && !decoder.resume() {
+            return;
+        }
+        at = (decoder.position() as usize).max(at + 1);
+    }
+}
+
+/// A stream whose records are packed, where they were not before.
+fn packed(bytes: &[u8], packing: u8) -> Vec<u8> {
+    let mut out = bytes[..container::PREAMBLE_BYTES].to_vec();
+    for at in records(bytes) {
+        let mut h = header(bytes, at);
+        let payload = &bytes[at + 32..at + 32 + h.stored_bytes as usize];
+        let packing = if h.packing == 0 { packing } else { 0 };
+        let stored = match packing {
+            1 => lz4(payload),
+            2 => zstd::bulk::compress(payload, 15).unwrap(),
+            _ => payload.to_vec(),
+        };
+        h.packing = h.packing.max(packing);
+        h.stored_bytes = stored.len() as u32;
+        h.payload_crc = container::crc32c(&stored);
+        out.extend(h.to_bytes());
+        out.extend(stored);
+    }
+    out
+}
+
+fn lz4(payload: &[u8]) -> Vec<u8> {
+    let mut block = vec![0; lz4_flex::block::get_maximum_output_size(payload.len())];
+    let bytes = lz4_flex::block::compress_into(payload, &mut block).unwrap();
+    block.truncate(bytes);
+    block
+}
+
+/// Appends an unpacked record.
+fn raw_record(out: &mut Vec<u8>, sequence: u64, record_type: u16, payload: &[u8]) {
+    let header = container::RecordHeader {
+        record_type,
+        critical: true,
+        version: 0,
+        packing: 0,
+        sequence,
+        stored_bytes: payload.len() as u32,
+        unpacked_bytes: payload.len() as u32,
+        payload_crc: container::crc32c(payload),
+    };
+    out.extend(header.to_bytes());
+    out.extend(payload);
+}
+
+/// A stream that declares tracks.
+fn declared(tracks: &[Track]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.tracks(&mut out, tracks).unwrap();
+    out
+}
+
+/// A stream that declares tracks one by one.
+fn declared_apart(tracks: &[Track]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    for track in tracks {
+        encoder
+            .tracks(&mut out, std::slice::from_ref(track))
+            .unwrap();
+    }
+    out
+}
+
 /// One test, since the counters are the process's.
 #[test]
 fn allocations() {
@@ -56,19 +175,9 @@ fn allocations() {
     });
     assert!(peak < 64 << 10, "{peak} bytes for a claim");
 
-    // Small limits: every damaged stream stays within them.
-    let limits = Limits {
-        stored_bytes: 16 << 10,
-        unpacked_bytes: 16 << 10,
-        frame_bytes: 32 << 10,
-        zstd_window_bytes: 16 << 10,
-        tracks: 8,
-        path_bytes: 64,
-        state_bytes: 16 << 10,
-    };
-    let bound = (16 + 16 + 32 + 16 + 16) << 10;
-    for compression in [Compression::None, Compression::Lz4, Compression::PAPER] {
-        let (bytes, _) = stream(compression, false);
+    // Small limits: every damaged stream stays within what they state.
+    for packing in PACKINGS {
+        let bytes = packed(&stream(Compression::None, false).0, packing);
         let mut random = Random(3);
         for _ in 0..300 {
             let mut damaged = bytes.clone();
@@ -93,23 +202,170 @@ fn allocations() {
                     }
                 };
             }
-            let peak = peak_of(|| {
-                let mut decoder = Decoder::new(limits);
-                let mut rest = &damaged[..];
-                while let Ok((consumed, event)) = decoder.push(rest) {
-                    rest = &rest[consumed..];
-                    if matches!(event, Event::NeedInput | Event::End) {
-                        break;
-                    }
-                }
+            within(SMALL, 0, |decoder| {
+                push_all(decoder, &damaged, 700);
+                decoder.reset();
+                push_all(decoder, &bytes, usize::MAX);
             });
-            // The C decoder's context lies outside Rust's allocator.
-            assert!(peak < bound + (64 << 10), "{peak} bytes");
         }
     }
 
-    // A bomb: sixteen megabytes of zeros in a track record.
-    for compression in [Compression::Lz4, Compression::PAPER] {
+    // Streams that fill one part each, and come so close to it that the bound means something.
+    // A payload that arrives in two pieces, the second of one byte: the first buffer is copied.
+    let mut claim = Vec::new();
+    Encoder::new(EncoderConfig::default(), &mut claim).unwrap();
+    let at = claim.len();
+    raw_record(&mut claim, 1, container::record_type::TRACK, &[0; 1 << 20]);
+    let limits = Limits {
+        stored_bytes: 1 << 20,
+        unpacked_bytes: 1 << 20,
+        ..SMALL
+    };
+    within(limits, (2 << 20) - 1, |decoder| {
+        assert_eq!(push(decoder, &claim[..at + 32]), Ok(()));
+        assert_eq!(push(decoder, &claim[at + 32..claim.len() - 1]), Ok(()));
+        assert!(push(decoder, &claim[claim.len() - 1..]).is_err());
+    });
+
+    // A small record that unpacks to the limit.
+    for packing in [1, 2] {
+        let bytes = packed(&claim, packing);
+        let limits = Limits {
+            unpacked_bytes: 1 << 20,
+            zstd_window_bytes: 1 << 20,
+            ..SMALL
+        };
+        within(limits, 1 << 20, |decoder| {
+            assert!(push(decoder, &bytes).is_err());
+        });
+    }
+
+    // A frame of many records that grows up to its limit, record by record.
+    let limits = Limits {
+        frame_bytes: 1 << 20,
+        ..SMALL
+    };
+    let mut frame = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut frame).unwrap();
+    encoder.group(&mut frame, GroupStart::Keyframes).unwrap();
+    encoder
+        .transforms(&mut frame, &[], Compression::None)
+        .unwrap();
+    let mut empty = [0; 16];
+    empty[4] = 1;
+    for i in 0..(1 << 20) / 16 {
+        raw_record(&mut frame, 3 + i, container::record_type::POINTS, &empty);
+    }
+    within(limits, 1 << 20, |decoder| {
+        assert_eq!(push(decoder, &frame), Ok(()))
+    });
+
+    // As many tracks as there may be, each with the longest path, declared one by one, moved, filled
+    // and removed; every second one first, so that the places left free do not touch.
+    let limits = Limits {
+        tracks: 1000,
+        state_bytes: 1 << 20,
+        ..SMALL
+    };
+    let mut many = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut many).unwrap();
+    encoder.group(&mut many, GroupStart::Keyframes).unwrap();
+    let mut tracks: Vec<Track> = (0..1000)
+        .map(|id| track(id, PointWidths::BITS_16, 2, 3))
+        .collect();
+    for track in &mut tracks {
+        track.target.path = "p".repeat(64);
+        encoder
+            .tracks(&mut many, std::slice::from_ref(track))
+            .unwrap();
+    }
+    for one in 0..1000 {
+        let update = Update {
+            track: one,
+            bucket_indices: &[],
+            buckets: &[],
+            cell_indices: &[],
+            cells: &[],
+        };
+        encoder
+            .points(&mut many, Coverage::Keyframe, &[update], Compression::None)
+            .unwrap();
+    }
+    for part in [0..500, 500..1000] {
+        let moved: Vec<_> = part.map(|id| (id, transform(1.0))).collect();
+        encoder
+            .transforms(&mut many, &moved, Compression::None)
+            .unwrap();
+        encoder.commit(&mut many, 0, None).unwrap();
+    }
+    for odd in [0, 1] {
+        let ids: Vec<u32> = (0..500).map(|i| 2 * i + odd).collect();
+        encoder.remove_tracks(&mut many, &ids).unwrap();
+        encoder.commit(&mut many, 0, None).unwrap();
+    }
+    let limits = Limits {
+        stored_bytes: 64 << 10,
+        unpacked_bytes: 64 << 10,
+        ..limits
+    };
+    within(limits, 500 << 10, |decoder| {
+        assert_eq!(push(decoder, &many), Ok(()))
+    });
+
+    // State up to the limit, at first most of it buckets and after a reset most of it cells: what
+    // the first stream left must not stay beside the second.
+    let limits = Limits {
+        state_bytes: 8 << 20,
+        ..SMALL
+    };
+    let wide = declared(&[track(1, PointWidths::BITS_32, (8 << 20) / 32 - 2, 1)]);
+    let twice = declared_apart(&[
+        track(1, PointWidths::BITS_32, (4 << 20) / 32 - 4, 1),
+        track(2, PointWidths::BITS_32, (4 << 20) / 32 - 4, 1),
+    ]);
+    let deep = declared(&[track(1, PointWidths::BITS_32, 1, (8 << 20) / 36 - 1)]);
+    let both = declared(&[
+        track(1, PointWidths::BITS_32, (4 << 20) / 32, 1),
+        track(2, PointWidths::BITS_32, 1, (4 << 20) / 36 - 4),
+    ]);
+    for order in [[&wide, &deep, &both, &wide], [&deep, &twice, &wide, &deep]] {
+        within(limits, 8 << 20, |decoder| {
+            for bytes in order {
+                assert_eq!(push(decoder, bytes), Ok(()));
+                decoder.reset();
+            }
+        });
+    }
+
+    // A zstd frame that states more sequences than its block can hold, and one with the largest
+    // window.
+    let mut frame = b"\x28\xb5\x2f\xfd\xa0\x00\x00\x01\x00".to_vec();
+    let block = [&[0x00][..], &[0xff, 0xff, 0xff, 0x00], &[0x55; 4000]].concat();
+    frame.extend(&((block.len() as u32) << 3 | 4 | 1).to_le_bytes()[..3]);
+    frame.extend(&block);
+    let mut hostile = Vec::new();
+    Encoder::new(EncoderConfig::default(), &mut hostile).unwrap();
+    let at = hostile.len();
+    raw_record(&mut hostile, 1, container::record_type::TRACK, &frame);
+    let hostile = with_header(&hostile, at, |h| {
+        h.packing = 2;
+        h.unpacked_bytes = 1 << 16;
+    });
+    let limits = Limits {
+        unpacked_bytes: 1 << 20,
+        zstd_window_bytes: 1 << 20,
+        ..SMALL
+    };
+    let largest = packed(&claim, 2);
+    within(limits, 1 << 20, |decoder| {
+        for bytes in [&hostile, &largest, &hostile] {
+            assert!(push(decoder, bytes).is_err());
+            decoder.reset();
+        }
+    });
+
+    // A bomb: sixteen megabytes of zeros in a points record.
+    for packing in [1, 2] {
         let mut out = Vec::new();
         let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
         encoder.group(&mut out, GroupStart::Keyframes).unwrap();
@@ -126,8 +382,9 @@ fn allocations() {
             cells: &[],
         };
         encoder
-            .points(&mut out, Coverage::Keyframe, &[update], compression)
+            .points(&mut out, Coverage::Keyframe, &[update], Compression::None)
             .unwrap();
+        let out = packed(&out, packing);
         assert!(out.len() < 100 << 10);
         let limits = Limits {
             unpacked_bytes: 1 << 20,
@@ -169,8 +426,7 @@ fn allocations() {
         } else {
             Coverage::Delta
         };
-        let compression =
-            [Compression::None, Compression::Lz4, Compression::PAPER][frame as usize % 3];
+        let compression = [Compression::None, Compression::Lz4, ZSTD][frame as usize % 3];
         encoder
             .points(&mut out, coverage, &[change.update()], compression)
             .unwrap();

@@ -95,7 +95,12 @@ impl Forge {
 
     /// A preamble of some version and profile, with its CRC.
     pub fn with_preamble(version: u16, profile: u16) -> Forge {
-        let mut bytes = b"\x89DPL\r\n\x1a\n".to_vec();
+        Forge::with_magic(*b"\x89DPL\r\n\x1a\n", version, profile)
+    }
+
+    /// A preamble of some magic, version and profile, with its CRC.
+    pub fn with_magic(magic: [u8; 8], version: u16, profile: u16) -> Forge {
+        let mut bytes = magic.to_vec();
         bytes.extend(version.to_le_bytes());
         bytes.extend(profile.to_le_bytes());
         bytes.extend(crc32c(&bytes).to_le_bytes());

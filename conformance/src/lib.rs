@@ -4,8 +4,14 @@
 //! What a foreign decoder has to speak stands in `conformance/README.md`, the form of its output in
 //! `spec/dump.md`.
 
+pub mod checks;
+pub mod clauses;
 pub mod dump;
 pub mod forge;
 pub mod generate;
+pub mod program;
 pub mod protocol;
+pub mod report;
+pub mod run;
+pub mod serve;
 pub mod vector;

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use dapple_codec::{Decoder, Error, Layer, Limits, LiveTrack};
 
 use crate::dump;
+use crate::vector::Fault;
 
 /// What to do with the input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +56,21 @@ pub struct Answer {
     pub status: Status,
     /// Dump, transcript or AO values.
     pub output: Vec<u8>,
+}
+
+/// What was put out before a fault, and the fault; none where the last line does not state it.
+pub fn split(answer: &Answer) -> (&[u8], Option<Fault>) {
+    if answer.status != Status::Refused {
+        return (&answer.output, None);
+    }
+    let end = answer.output.len().saturating_sub(1);
+    let line = answer.output[..end].iter().rposition(|&byte| byte == b'\n');
+    let (dump, last) = answer.output.split_at(line.map_or(0, |at| at + 1));
+    // No line of a dump begins with a brace.
+    match last.first() {
+        Some(b'{') => (dump, serde_json::from_slice(last).ok()),
+        _ => (&answer.output, None),
+    }
 }
 
 /// AO at a grid-space position (metres) with a unit normal on a track.

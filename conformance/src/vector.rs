@@ -57,6 +57,17 @@ pub enum Class {
     Behaviour,
 }
 
+impl Class {
+    /// Its name in the specification.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::Reject => "reject",
+            Class::Value => "value",
+            Class::Behaviour => "behaviour",
+        }
+    }
+}
+
 /// A fault as the protocol reports it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -15,6 +15,7 @@ use crate::{Error, Result};
 pub mod args;
 pub mod chart;
 pub mod compare;
+pub mod conformance;
 pub mod decode;
 pub mod demo;
 pub mod encode;
@@ -45,6 +46,7 @@ enum Command {
     Validate(validate::Args),
     Decode(decode::Args),
     Compare(compare::Args),
+    Conformance(conformance::Args),
 }
 
 /// Runs the program on its arguments.
@@ -66,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Validate(args) => validate::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Conformance(args) => conformance::run(&args),
     };
     finish(result)
 }

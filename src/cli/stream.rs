@@ -113,9 +113,13 @@ pub fn cells_of<'d>(
     used.filter_map(move |&entry| decoder.points().cells().get(first + entry as usize))
 }
 
-/// A fault of a stream as a sentence that names the file.
+/// A fault of a stream as a sentence that names the file, and the limit where one is exceeded.
 pub fn error(path: &Path, fault: &codec::Error) -> Error {
-    Error::Invalid(format!("{}: {fault}", path.display()))
+    let limit = match fault.kind {
+        Kind::LimitExceeded { which, .. } => format!("; the limit is {}", limit_name(which)),
+        _ => String::new(),
+    };
+    Error::Invalid(format!("{}: {fault}{limit}", path.display()))
 }
 
 /// A fault of a stream as JSON. `which`, `asked` and `allowed` are there for exceeded limits.

@@ -2,6 +2,9 @@
 
 use alloc::vec::Vec;
 
+use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
+use ruzstd::io::Read as _;
+
 use super::header::Packing;
 use crate::error::{Failure, Fault, Limit};
 
@@ -9,6 +12,17 @@ use crate::error::{Failure, Fault, Limit};
 const ZSTD_BLOCK_BYTES: u64 = 128 << 10;
 /// An lz4 block of n bytes unpacks to less than 255 n bytes.
 const LZ4_RATIO: u64 = 255;
+/// The last match of an lz4 block starts so many bytes before the end of the content, or earlier...
+const LZ4_LAST_MATCH: u64 = 12;
+/// ...and ends before its last literals.
+const LZ4_LAST_LITERALS: u64 = 5;
+
+/// A context of the C decoder, which writes to its output and needs no window (95 KiB in 1.5.7).
+const ZSTD_CONTEXT_BYTES: u64 = 192 << 10;
+/// The pure-Rust decoder without three times the window: tables, a block as it came, its literals,
+/// and 98 047 sequences, which is the most that the three bytes of their count can state; each of
+/// those grows by doubling.
+const ZSTD_PORTABLE_BYTES: u64 = 8 << 20;
 
 /// How an encoder packs a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +129,7 @@ pub(crate) struct Unpacker {
     #[cfg(feature = "std")]
     native: Option<zstd::bulk::Decompressor<'static>>,
     #[cfg_attr(feature = "std", allow(dead_code))]
-    portable: Option<alloc::boxed::Box<ruzstd::decoding::FrameDecoder>>,
+    portable: Option<alloc::boxed::Box<FrameDecoder>>,
 }
 
 impl Unpacker {
@@ -151,10 +165,13 @@ impl Unpacker {
                 out.copy_from_slice(stored);
                 Ok(())
             }
-            Packing::Lz4 => match lz4_flex::block::decompress_into(stored, out) {
-                Ok(bytes) if bytes == out.len() => Ok(()),
-                _ => Err(Fault::Lz4.into()),
-            },
+            Packing::Lz4 => {
+                check_lz4_block(stored, out.len())?;
+                match lz4_flex::block::decompress_into(stored, out) {
+                    Ok(bytes) if bytes == out.len() => Ok(()),
+                    _ => Err(Fault::Lz4.into()),
+                }
+            }
             Packing::Zstd => {
                 check_zstd_frame(stored, out.len(), window_limit)?;
                 self.zstd(stored, out, window_limit).map_err(Failure::from)
@@ -184,20 +201,110 @@ impl Unpacker {
         }
     }
 
-    #[cfg_attr(all(feature = "std", not(test)), allow(dead_code))]
+    #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
     fn zstd_portable(&mut self, stored: &[u8], out: &mut [u8], window: u32) -> Result<(), Fault> {
         let decoder = self.portable.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
         decoder.set_max_window_size(u64::from(window).max(1024));
-        match decoder.decode_all(stored, out) {
-            Ok(bytes) if bytes == out.len() => Ok(()),
-            _ => {
-                // A failed frame leaves tables half built; they are not worth keeping.
-                self.portable = None;
-                Err(Fault::Zstd)
-            }
+        decode_blocks(decoder, stored, out).ok_or_else(|| {
+            // A failed frame leaves tables half built; they are not worth keeping.
+            self.portable = None;
+            Fault::Zstd
+        })
+    }
+
+    /// The most bytes that the decompressors have allocated at once. lz4 takes none.
+    pub(crate) fn heap_bytes(window: u32) -> u64 {
+        if cfg!(feature = "std") {
+            return ZSTD_CONTEXT_BYTES;
+        }
+        3 * u64::from(window) + ZSTD_PORTABLE_BYTES
+    }
+}
+
+/// Walks the sequences of an lz4 block: no match starts in the last 12 bytes of the content or ends
+/// in the last 5. The format says so, and decoders differ in whether they check it.
+fn check_lz4_block(block: &[u8], content: usize) -> Result<(), Fault> {
+    let byte = |at: usize| block.get(at).copied().ok_or(Fault::Lz4);
+    let length = |nibble: u8, at: &mut usize| -> Result<u64, Fault> {
+        let mut length = u64::from(nibble);
+        let mut more = nibble == 15;
+        while more {
+            let next = byte(*at)?;
+            *at += 1;
+            length += u64::from(next);
+            more = next == 255;
+        }
+        Ok(length)
+    };
+    let (mut at, mut done) = (0, 0);
+    loop {
+        let token = byte(at)?;
+        at += 1;
+        let literals = length(token >> 4, &mut at)?;
+        if literals >= (block.len() - at) as u64 {
+            // The last sequence. Whether the lengths come out, and the offsets, is for the decoder
+            // to check.
+            return Ok(());
+        }
+        at += literals as usize + 2;
+        done += literals;
+        let start = done;
+        done += 4 + length(token & 15, &mut at)?;
+        if start + LZ4_LAST_MATCH > content as u64 || done + LZ4_LAST_LITERALS > content as u64 {
+            return Err(Fault::Lz4);
         }
     }
+}
+
+/// Decodes one frame block by block, so that no more than the window and one block wait for being
+/// read. `None` for anything but a frame of `out.len()` bytes.
+#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+fn decode_blocks(decoder: &mut FrameDecoder, mut stored: &[u8], mut out: &mut [u8]) -> Option<()> {
+    decoder.reset(&mut stored).ok()?;
+    let mut last = false;
+    while !last {
+        let one = BlockDecodingStrategy::UptoBlocks(1);
+        last = decoder.decode_blocks(&mut stored, one).ok()?;
+        let bytes = decoder.read(out).ok()?;
+        out = &mut out[bytes..];
+        // More than there is room for.
+        if decoder.can_collect() != 0 {
+            return None;
+        }
+    }
+    (stored.is_empty() && out.is_empty()).then_some(())
+}
+
+/// What each of the two zstd decoders, C first, makes of a frame that passes the checks before them:
+/// the content, or what the decoder says of the frame.
+#[cfg(all(fuzzing, feature = "std"))]
+pub fn unpack_zstd_twice(
+    frame: &[u8],
+    content: usize,
+    window: u32,
+) -> Option<[Result<Vec<u8>, alloc::string::String>; 2]> {
+    use alloc::string::ToString as _;
+    check_zstd_frame(frame, content, window).ok()?;
+    let mut unpacker = Unpacker::default();
+    let (mut native, mut portable) = (alloc::vec![0; content], alloc::vec![0; content]);
+    let first = unpacker.zstd_native(frame, &mut native).map_err(|_| {
+        let mut out = alloc::vec![0; content];
+        match zstd::bulk::decompress_to_buffer(frame, &mut out) {
+            Ok(bytes) => alloc::format!("{bytes} bytes"),
+            Err(error) => error.to_string(),
+        }
+    });
+    let second = unpacker
+        .zstd_portable(frame, &mut portable, window)
+        .map_err(|_| {
+            let mut out = alloc::vec![0; content];
+            match FrameDecoder::new().decode_all(frame, &mut out) {
+                Ok(bytes) => alloc::format!("{bytes} bytes"),
+                Err(error) => alloc::format!("{error:?}"),
+            }
+        });
+    Some([first.map(|()| native), second.map(|()| portable)])
 }
 
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
@@ -260,7 +367,8 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
             0 | 2 => size as usize,
             _ => return Err(bad.into()),
         };
-        if size > ZSTD_BLOCK_BYTES {
+        // RFC 8878 has both bounds; of the two decoders, one holds raw blocks against the window.
+        if size > ZSTD_BLOCK_BYTES.min(window) {
             return Err(bad.into());
         }
         if block & 1 == 1 {
@@ -335,6 +443,46 @@ mod tests {
                 assert_eq!(native, portable, "bit {bit}");
             }
         }
+    }
+
+    #[test]
+    fn lz4_blocks_keep_their_end_conditions() {
+        // One literal, a match of `length` at offset 1, and `last` literals.
+        let unpacked = |length: u8, last: u8| {
+            let mut block = vec![0x10 | (length - 4), 7, 1, 0, last << 4];
+            block.extend((0..last).map(|i| i + 1));
+            let mut out = vec![0; 1 + usize::from(length) + usize::from(last)];
+            let result = Unpacker::default().unpack(Packing::Lz4, &block, &mut out, 0);
+            result.map(|()| out).map_err(|failure| failure.fault)
+        };
+        let right = [&[7; 8][..], &[1, 2, 3, 4, 5]].concat();
+        assert_eq!(unpacked(7, 5), Ok(right));
+        assert!(unpacked(8, 5).is_ok());
+        // The match ends too late; it starts too late.
+        assert_eq!(unpacked(8, 4), Err(Fault::Lz4));
+        assert_eq!(unpacked(6, 5), Err(Fault::Lz4));
+        // A sequence that breaks off, and nothing at all.
+        for block in [&[0x10][..], &[0x10, 7, 1], &[0xf0, 255], &[]] {
+            let result = Unpacker::default().unpack(Packing::Lz4, block, &mut [0; 20], 0);
+            assert_eq!(result.map_err(|failure| failure.fault), Err(Fault::Lz4));
+        }
+    }
+
+    #[test]
+    fn zstd_blocks_are_no_larger_than_the_window() {
+        let check = |sizes: &[u32]| {
+            // A window of 1 KiB, a content size of 2048 in two bytes, then runs.
+            let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x40, 0, 0, 7];
+            for (i, size) in sizes.iter().enumerate() {
+                let last = u32::from(i + 1 == sizes.len());
+                frame.extend(&(size << 3 | 1 << 1 | last).to_le_bytes()[..3]);
+                frame.push(b'a');
+            }
+            check_zstd_frame(&frame, 2048, 8 << 20).map_err(|failure| failure.fault)
+        };
+        assert_eq!(check(&[1024, 1024]), Ok(()));
+        assert_eq!(check(&[1025, 1023]), Err(Fault::ZstdFrame));
+        assert_eq!(check(&[2048]), Err(Fault::ZstdFrame));
     }
 
     #[test]

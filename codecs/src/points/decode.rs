@@ -9,6 +9,7 @@ use super::sections::{BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_
 use super::state::region;
 use super::{Bucket, CELL_POINTS, Cell, State, StateDigest};
 use crate::error::Fault;
+use crate::room::make_room;
 use crate::track::LiveTrack;
 
 /// Bytes before the entries of a payload, and of an entry.
@@ -32,16 +33,25 @@ pub(crate) struct Counts {
 }
 
 impl StagedPoints {
+    /// What a track takes in the list of those that are staged.
+    pub(crate) const TRACK_BYTES: usize = size_of::<StagedTrack>();
+
     /// Bytes staged so far.
     pub(crate) fn used(&self) -> usize {
         self.used
     }
 
-    /// Room for a payload, to be filled and then handed to [`StagedPoints::stage`].
-    pub(crate) fn room(&mut self, bytes: usize) -> &mut [u8] {
+    /// Room for a payload, to be filled and then handed to [`StagedPoints::stage`]. The frame has
+    /// no more than `most` bytes.
+    pub(crate) fn room(&mut self, bytes: usize, most: usize) -> &mut [u8] {
         let end = self.used + bytes;
+        if self.used == 0 && self.bytes.capacity() < bytes {
+            // Nothing in it to copy.
+            self.bytes = Vec::new();
+        }
         if self.bytes.len() < end {
-            self.bytes.reserve_exact(end - self.bytes.len());
+            let more = end - self.bytes.len();
+            make_room(&mut self.bytes, more, most);
             self.bytes.resize(end, 0);
         }
         &mut self.bytes[self.used..end]
@@ -57,6 +67,7 @@ impl StagedPoints {
         state: &mut State,
         tracks: &mut [LiveTrack],
     ) -> Result<(), Fault> {
+        let live_tracks = tracks.len();
         let end = self.used + bytes;
         let payload = &self.bytes[self.used..end];
         let (count, flags, base, reserved) = match payload
@@ -126,6 +137,7 @@ impl StagedPoints {
             // Marked before it is checked, so that a fault reverts it.
             live.staged = true;
             let checked = check_track(&mut self.bytes, &staged, emptied, state, live);
+            make_room(&mut self.tracks, 1, live_tracks);
             self.tracks.push(staged);
             checked?;
         }

@@ -83,7 +83,7 @@ impl State {
         tracks: &[Track],
         limit: u64,
     ) -> Result<Vec<(u32, u32)>, Failure> {
-        let mut places = Vec::new();
+        let mut places = Vec::with_capacity(tracks.len());
         if tracks.is_empty() {
             return Ok(places);
         }
@@ -107,6 +107,14 @@ impl State {
         }
         self.free_buckets = free_buckets;
         self.free_cells = free_cells;
+        // What an earlier stream left may be too much of one kind for this one.
+        let buckets = (self.buckets.capacity() as u64).max(buckets_end);
+        let cells = (self.cells.capacity() as u64).max(cells_end);
+        if buckets * 32 + cells * 36 > limit {
+            self.buckets.shrink_to_fit();
+            self.cells.shrink_to_fit();
+            self.next_homes.shrink_to_fit();
+        }
         // Exact: an array that doubled would break the promise of the limit.
         let new_buckets = buckets_end as usize - self.buckets.len();
         let new_cells = cells_end as usize - self.cells.len();

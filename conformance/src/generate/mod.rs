@@ -4,21 +4,24 @@
 mod container;
 pub mod frames;
 mod limits;
+mod packing;
+mod plan;
 mod points;
 mod queries;
 mod records;
 pub mod sampling;
 mod sessions;
+mod tracks;
 
 use std::collections::BTreeMap;
 
-use crate::protocol::{Answer, Arguments, Mode, Own, Program as _, Status};
-use crate::vector::{Class, Fault, Info, Kind, Query, Vector, sha256};
+use crate::protocol::{Arguments, Mode, Own, Program as _, split};
+use crate::vector::{Class, Info, Kind, Query, Vector, sha256};
 
 /// All vectors, in the order of their paths.
 ///
 /// # Errors
-/// A sentence that names a vector of which our decoder makes something else than it says.
+/// A sentence for each vector of which our decoder makes something else than it says.
 pub fn all() -> Result<Vec<Vector>, String> {
     let mut drafts = Vec::new();
     container::add(&mut drafts);
@@ -27,8 +30,16 @@ pub fn all() -> Result<Vec<Vector>, String> {
     limits::add(&mut drafts);
     sessions::add(&mut drafts);
     queries::add(&mut drafts)?;
-    let vectors = drafts.into_iter().map(Draft::finish);
-    let mut vectors = vectors.collect::<Result<Vec<Vector>, String>>()?;
+    let (mut vectors, mut wrong) = (Vec::new(), Vec::new());
+    for draft in drafts {
+        match draft.finish() {
+            Ok(vector) => vectors.push(vector),
+            Err(error) => wrong.push(error),
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(wrong.join("\n"));
+    }
     vectors.sort_by_key(Vector::path);
     if let Some(twice) = vectors
         .windows(2)
@@ -188,15 +199,4 @@ impl Draft {
             info,
         })
     }
-}
-
-/// What was put out before a fault, and the fault.
-pub fn split(answer: &Answer) -> (&[u8], Option<Fault>) {
-    if answer.status != Status::Refused {
-        return (&answer.output, None);
-    }
-    let end = answer.output.len().saturating_sub(1);
-    let line = answer.output[..end].iter().rposition(|&byte| byte == b'\n');
-    let (dump, last) = answer.output.split_at(line.map_or(0, |at| at + 1));
-    (dump, serde_json::from_slice(last).ok())
 }

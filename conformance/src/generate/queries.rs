@@ -422,7 +422,7 @@ fn widths(drafts: &mut Vec<Draft>) -> Result<(), String> {
         asked.draw(1, 77, 10)?;
         asked.finish(
             drafts,
-            &["P-040", "P-041", "P-042", "P-047"],
+            &["P-007", "P-040", "P-041", "P-042", "P-047"],
             "Points with any bits, in a grid whose cell edge is no sum of powers of two.",
         );
     }

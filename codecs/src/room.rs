@@ -1,0 +1,32 @@
+//! Buffers that grow within a bound.
+
+use alloc::vec::Vec;
+
+/// Room for `more` items. Doubles, so that many small steps stay cheap, but goes to no more than
+/// `most` items in all, which the caller has held `more` against.
+pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) {
+    let needed = items.len() + more;
+    if needed > items.capacity() {
+        let wanted = needed.max(most.min(2 * items.capacity()));
+        items.reserve_exact(wanted - items.len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_steps_and_no_more_than_the_bound() {
+        let mut items: Vec<u16> = Vec::new();
+        let mut steps = 0;
+        for i in 0..1000 {
+            let before = items.capacity();
+            make_room(&mut items, 1, 1000);
+            steps += u32::from(items.capacity() != before);
+            assert!(items.capacity() > usize::from(i) && items.capacity() <= 1000);
+            items.push(i);
+        }
+        assert!(steps <= 11, "{steps}");
+    }
+}

@@ -1,0 +1,312 @@
+"""Framing: preamble, record headers, payloads, end of input, resuming (container.md)."""
+
+import struct
+from typing import NamedTuple
+
+from digest import Xxh64, crc32c
+from errors import Fault
+from limits import Limits
+from packing import ZSTD, lengths_possible, unpack
+from session import (
+    COMMIT, END, GROUP, POINTS, STREAM, TRACK, TRACK_REMOVE, TRANSFORMS, Observer, Session,
+)
+
+MAGIC = b"\x89DPL\r\n\x1a\n"
+DEFINED = {STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END, POINTS}
+CRITICAL = 0x8000
+HEADER_SIZE = 32
+LAST_SEQUENCE = 2**64 - 1
+
+
+class Header(NamedTuple):
+    """A record header (section 2)."""
+
+    type_field: int
+    version: int
+    packing: int
+    reserved: int
+    sequence: int
+    stored_length: int
+    unpacked_length: int
+    payload_crc: int
+    header_crc: int
+
+    @property
+    def type(self) -> int:
+        return self.type_field & ~CRITICAL
+
+    @property
+    def critical(self) -> bool:
+        return bool(self.type_field & CRITICAL)
+
+    @property
+    def defined(self) -> bool:
+        return self.type in DEFINED
+
+
+_HEADER = struct.Struct("<HBBIQIIII")
+
+
+class Decoder:
+    """Takes a stream in pieces of any size, and tells an observer what it decodes to.
+
+    `push` and `finish` raise Fault. After one, nothing more is taken in until
+    `resume` or `reset` [C-114]; what came with the fault is kept and goes in after
+    `resume`.
+    """
+
+    def __init__(self, limits: Limits, observer: Observer) -> None:
+        self.limits = limits
+        self.observer = observer
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the stream: the next byte starts a preamble."""
+        self.session = Session(self.limits, self.observer)
+        self.buffer = bytearray()  # what came and was not taken in yet
+        self.offset = 0  # of the first byte of the buffer in the stream
+        self.preamble_done = False
+        self.header: Header | None = None  # of the record whose payload is due
+        self.to_skip = 0  # bytes left of a payload that is passed over
+        self.ended = False
+        self.due = 0  # the sequence due
+        self.headers_digest = Xxh64()  # of the preamble and the headers so far (section 6.7)
+        self.fault: Fault | None = None
+        self.fault_in_header = False
+        self.input_ended = False  # the fault is one of the end of the input
+        self.searching = False
+        self.header_again = False  # the next header had a fault already [C-116]
+        self.resumed = False  # ever: then records may be lost
+
+    # ---- input ----
+
+    def push(self, data: bytes) -> None:
+        """The next bytes of the stream."""
+        self.keep(data)
+        if self.fault is not None:
+            raise Fault(4011, self.fault.offset)
+        try:
+            while self.step():
+                pass
+        except Fault as fault:
+            self.stop(fault)
+            raise
+
+    def keep(self, data: bytes) -> None:
+        """Bytes that came, to be taken in later."""
+        self.buffer += data
+
+    def finish(self, live: bool) -> None:
+        """The end of the input [C-103], [C-104]."""
+        if self.fault is not None:
+            raise Fault(4011, self.fault.offset)
+        if self.ended:
+            return
+        between_records = (
+            self.preamble_done and self.header is None and not self.to_skip and not self.buffer
+        )
+        try:
+            if not (live and between_records and self.session.has_stream):
+                raise Fault(1019, self.offset + len(self.buffer))
+            if self.session.frame is not None:
+                raise Fault(4006, self.offset + len(self.buffer))
+        except Fault as fault:
+            self.input_ended = True
+            self.stop(fault)
+            raise
+
+    def stop(self, fault: Fault) -> None:
+        """[C-110]: the open frame is dropped."""
+        self.fault = fault
+        self.session.drop_frame()
+
+    def step(self) -> bool:
+        """Take in one item if all of it is there; says whether to go on."""
+        if self.to_skip:
+            self.take(min(self.to_skip, len(self.buffer)), skipping=True)
+            return not self.to_skip
+        if self.ended:
+            if self.buffer:
+                raise Fault(1020, self.offset)  # [C-102]
+            return False
+        if not self.preamble_done:
+            return self.step_preamble()
+        if self.header is None:
+            return self.step_header()
+        return self.step_payload(self.header)
+
+    def take(self, size: int, skipping: bool = False) -> bytes:
+        """The first bytes of the buffer, which leave it."""
+        data = bytes(self.buffer[:size])
+        del self.buffer[:size]
+        self.offset += size
+        if skipping:
+            self.to_skip -= size
+        return data
+
+    # ---- 1. Preamble ----
+
+    def step_preamble(self) -> bool:
+        if len(self.buffer) < 16:
+            return False
+        raw = bytes(self.buffer[:16])
+        version, profile, crc = struct.unpack_from("<HHI", raw, 8)
+        if raw[:8] != MAGIC:  # [C-001]
+            raise Fault(1001, 0)
+        if crc != crc32c(raw[:12]):  # [C-002]
+            raise Fault(1002, 0)
+        if version != 1:  # [C-003]
+            raise Fault(1003, 0)
+        if profile != 0:  # [C-004]
+            raise Fault(1004, 0)
+        self.headers_digest.update(self.take(16))
+        self.preamble_done = True
+        return True
+
+    # ---- 2. Record header ----
+
+    def step_header(self) -> bool:
+        if len(self.buffer) < HEADER_SIZE:
+            return False
+        raw = bytes(self.buffer[:HEADER_SIZE])
+        header = Header._make(_HEADER.unpack(raw))
+        try:
+            taken_in = self.check_header(header, raw)
+        except Fault as fault:
+            if self.header_again:
+                # [C-116]: passed over without another report; the sequence due stays.
+                self.header_again = False
+                self.take(HEADER_SIZE)
+                self.to_skip = header.stored_length
+                return True
+            fault.offset = self.offset
+            self.fault_in_header = True
+            raise
+        self.header_again = False
+        self.take(HEADER_SIZE)
+        if header.type != END and not self.resumed:
+            self.headers_digest.update(raw)
+        if taken_in:
+            self.header = header
+        else:
+            self.to_skip = header.stored_length
+            self.count(header)
+        return True
+
+    def check_header(self, header: Header, raw: bytes) -> bool:
+        """[C-010] to [C-021]; says whether the record is taken in, or else passed over."""
+        if header.header_crc != crc32c(raw[:28]):  # [C-010]
+            raise Fault(1005)
+        if header.reserved != 0:  # [C-011]
+            raise Fault(1006)
+        self.check_sequence(header.sequence)  # [C-012], [C-117]
+        if header.critical and not header.defined:  # [C-013]
+            raise Fault(1022)
+        if header.defined and not header.critical:  # [C-014]
+            raise Fault(1023)
+        if header.defined and header.version != 0:  # [C-015]
+            raise Fault(1021)
+        if (header.type == STREAM) == self.session.has_stream:  # [C-016]
+            raise Fault(4007)
+        if not header.defined:  # [C-017]
+            if not self.searching:
+                self.observer.skipped(header.type, header.sequence)
+            return False
+        if self.searching and header.type in (TRANSFORMS, POINTS, COMMIT):  # [C-117]
+            return False
+        if header.stored_length > self.limits.stored_bytes:  # [C-018]
+            raise Fault(1012)
+        if header.unpacked_length > self.limits.unpacked_bytes:  # [C-019]
+            raise Fault(1013)
+        if header.packing > ZSTD:  # [C-020]
+            raise Fault(1010)
+        if not lengths_possible(header.packing, header.stored_length, header.unpacked_length):
+            raise Fault(1014)  # [C-021]
+        return True
+
+    def check_sequence(self, sequence: int) -> None:
+        if sequence == self.due or (self.searching and sequence > self.due):
+            return
+        if sequence == self.due - 1:
+            raise Fault(1007)
+        raise Fault(1008 if sequence > self.due else 1009)
+
+    def count(self, header: Header) -> None:
+        """The record has come: the next sequence is due."""
+        self.due = header.sequence + 1
+        if self.searching:
+            self.due = min(self.due, LAST_SEQUENCE)  # [C-117]
+
+    # ---- Payload ----
+
+    def step_payload(self, header: Header) -> bool:
+        if len(self.buffer) < header.stored_length:
+            return False
+        start = self.offset
+        stored = self.take(header.stored_length)
+        self.header = None
+        searched = self.searching
+        try:
+            self.take_payload(header, stored)
+        except Fault as fault:
+            if searched:
+                return True  # [C-118]: as if the record had not come
+            if header.type != END:  # [C-116]: an end with a fault does not count
+                self.count(header)
+            fault.offset = start
+            self.fault_in_header = False
+            raise
+        self.count(header)
+        if header.type == GROUP:  # [C-119]
+            self.searching = False
+        return True
+
+    def take_payload(self, header: Header, stored: bytes) -> None:
+        """[C-112]: the order of the checks of a payload."""
+        if header.payload_crc != crc32c(stored):  # [C-022]
+            raise Fault(1011)
+        if header.type == POINTS:
+            self.session.check_points_header(header.unpacked_length)
+        payload = unpack(header.packing, stored, header.unpacked_length, self.limits)
+        if header.type == END:
+            self.take_end(header, payload)
+        else:
+            self.session.take(header.type, payload)
+
+    # ---- 6.7 end ----
+
+    def take_end(self, header: Header, payload: bytes) -> None:
+        if len(payload) != 16:  # [C-040]
+            raise Fault(2001)
+        count, digest = struct.unpack("<QQ", payload)
+        if self.session.frame is not None:  # [C-100]
+            raise Fault(4006)
+        if not self.resumed:  # [C-101]; no record is lost, so the sequence is their count
+            if count != header.sequence:
+                raise Fault(1024)
+            if digest != self.headers_digest.value():
+                raise Fault(1025)
+        self.ended = True
+        self.observer.end()
+
+    # ---- 8.4 Resume ----
+
+    def resume(self) -> bool:
+        """Go on after an error, in a search for a group; says whether that can be.
+
+        Then call `push`, with more bytes or none, for what is kept.
+        """
+        fault = self.fault
+        if fault is None or not self.can_resume(fault):
+            return False
+        self.fault = None
+        self.searching = True
+        self.resumed = True
+        self.header_again = self.fault_in_header
+        return True
+
+    def can_resume(self, fault: Fault) -> bool:
+        """[C-115]: not where the framing is lost, nor at the end of the input."""
+        if fault.number in range(1001, 1007) or fault.number == 1020:
+            return False
+        return not self.input_ended

@@ -1,0 +1,95 @@
+"""The canonical dump (dump.md)."""
+
+from typing import BinaryIO
+
+from session import Track
+from tracks import Declaration
+
+
+class Dump:
+    """Writes the dump of a stream as the stream is decoded."""
+
+    def __init__(self, out: BinaryIO) -> None:
+        self.out = out
+        self.line("dapple-dump 1")
+
+    def line(self, text: str) -> None:
+        self.out.write(text.encode("utf-8") + b"\n")
+
+    # ---- what a decoder tells (session.Observer) ----
+
+    def stream(self, ticks: int, seconds: int) -> None:
+        self.line(f"stream {ticks} {seconds}")
+
+    def group(self, group_id: int, digest: int | None) -> None:
+        start = "keyframes" if digest is None else f"state {digest:016x}"
+        self.line(f"group {group_id} {start}")
+
+    def frame(self, number: int, tick: int, digest: int, tracks: list[Track]) -> None:
+        self.line(f"frame {number} {tick} {digest:016x}")
+        for track in tracks:
+            self.track(track)
+
+    def end(self) -> None:
+        self.line("end")
+
+    def skipped(self, record_type: int, sequence: int) -> None:
+        pass  # no line
+
+    # ---- the state of a frame ----
+
+    def track(self, track: Track) -> None:
+        said = track.declaration
+        number = said.track_id
+        self.line(declaration_line(said))
+        self.line(grid_line(said))
+        if track.transform is not None:
+            bits = [
+                int.from_bytes(track.transform[at : at + 4], "little") for at in range(0, 48, 4)
+            ]
+            self.line(f"transform {number} {floats(bits)}")
+        digits = said.point_bits // 4
+        content = track.content
+        for index in sorted(content.buckets):
+            cells = []
+            for entry in content.buckets[index]:
+                key, points = content.cells[entry]
+                there = ",".join(f"{point:0{digits}x}" for point in points if point)
+                cells.append(f"{key}:{there}")
+            self.line(f"bucket {number} {index} {' '.join(cells)}")
+
+
+def declaration_line(said: Declaration) -> str:
+    space = ("mesh", "rest")[said.space]
+    content_hash = f"{said.content_hash:016x}" if said.has_hash else "-"
+    return (
+        f"track {said.track_id} points cells {space} {said.application:016x} {content_hash} "
+        f"{floats(said.aabb)} {quoted(said.path)}"
+    )
+
+
+def grid_line(said: Declaration) -> str:
+    dx, dy, dz = said.dims
+    return (
+        f"grid {said.track_id} {dx} {dy} {dz} {said.bucket_count} {said.cell_capacity} "
+        f"{said.position_bits},{said.normal_bits},{said.ao_bits} "
+        f"{floats((said.edge, said.radius) + said.grid_from_mesh)}"
+    )
+
+
+def floats(values: tuple[int, ...] | list[int]) -> str:
+    """f32, each as its bits."""
+    return " ".join(f"{bits:08x}" for bits in values)
+
+
+def quoted(path: str) -> str:
+    """A path between double quotes."""
+    out = []
+    for char in path:
+        if char in '"\\':
+            out.append("\\" + char)
+        elif char < " " or char == "\x7f":
+            out.append(f"\\u{ord(char):04x}")
+        else:
+            out.append(char)
+    return '"' + "".join(out) + '"'

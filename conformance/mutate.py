@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""Changes the decoder's source in one place at a time and runs the conformance vectors, and nothing
+else, against each: whatever change they do not notice is a check that they do not hold.
+
+    conformance/mutate.py [--work DIR] [--only TEXT] [--list FILE] [--share K/N]
+
+Mutants come from `cargo mutants --list` (operators, values, match arms; install cargo-mutants) and
+from two rules of our own: an `if` that returns an error never does, and a `...?;` statement is
+left out. Results go to DIR/results.tsv, one line a mutant: caught, MISSED, loops (caught by the
+clock) or unbuildable; a second run goes on where the first stopped. Mutants that are no faults of
+a decoder, each with the reason, stand in conformance/mutants.txt."""
+
+import argparse
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Modules of the decoder, and in them what is the encoder's or builds only without `std`.
+FILES = """decoder.rs decoder/steps.rs container/compress.rs container/header.rs container/preamble.rs
+points/check.rs points/decode.rs points/hash.rs points/mod.rs points/sections.rs points/state.rs
+ranges.rs records.rs session.rs track.rs transforms.rs wire.rs""".split()
+ENCODER = re.compile(r"Packer|write|put_|zstd_portable|unpack_zstd_twice|to_bytes|fmt")
+SECONDS = 30
+
+
+def cargo_mutants(files):
+    """(name, file, start, end, replacement) with offsets in characters."""
+    listed = subprocess.run(["cargo", "mutants", "--list", "--json", "-p", "dapple-codec"], cwd=ROOT, capture_output=True, check=True)
+    for mutant in json.loads(listed.stdout):
+        file = mutant["file"]
+        if file not in files or ENCODER.search((mutant["function"] or {}).get("function_name", "")):
+            continue
+        lines = files[file].splitlines(keepends=True)
+
+        def offset(place):
+            return sum(map(len, lines[: place["line"] - 1])) + place["column"] - 1
+
+        start, end = offset(mutant["span"]["start"]), offset(mutant["span"]["end"])
+        yield mutant["name"], file, start, end, mutant["replacement"]
+
+
+def left_out_checks(files):
+    """Mutants of our own two rules."""
+    for file, text in files.items():
+        tests = text.find("#[cfg(all(test")
+        body = text if tests < 0 else text[:tests]
+        functions = [(m.start(), m.group(1)) for m in re.finditer(r"\bfn (\w+)", body)]
+
+        def place(at):
+            inside = [name for start, name in functions if start <= at]
+            return text.count("\n", 0, at) + 1, inside[-1] if inside else ""
+
+        for found in re.finditer(r"\bif ([^{};]+?) \{\s*return Err\(", body):
+            line, function = place(found.start())
+            if not ENCODER.search(function) and not found.group(1).startswith("let "):
+                start, end = found.span(1)
+                yield f"{file}:{line}: never refuse in {function}", file, start, end, f"false && ({found.group(1)})"
+        for found in re.finditer(r"(?<=[;{}]\n)( *)([a-z][^;{}=]*)\?;\n", body):
+            line, function = place(found.start(2))
+            if not ENCODER.search(function) and not found.group(2).startswith("let "):
+                start, end = found.span(2)
+                yield f"{file}:{line}: leave out {found.group(2).split('(')[0]} in {function}", file, start, end + 1, f"let _ = {found.group(2)}"
+
+
+def run(tree, target):
+    """caught, MISSED, loops or unbuildable."""
+    build = subprocess.run(
+        ["cargo", "test", "--offline", "--profile", "mutants", "-p", "dapple-conformance", "--test", "vectors", "--no-run", "--message-format", "json"],
+        cwd=tree, env={**os.environ, "CARGO_TARGET_DIR": str(target), "RUSTFLAGS": "-Awarnings"}, capture_output=True)
+    if build.returncode:
+        return "unbuildable"
+    messages = [json.loads(line) for line in build.stdout.splitlines() if line.startswith(b"{")]
+    binary = [m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "vectors"][-1]
+    try:
+        test = subprocess.run([binary], cwd=tree / "conformance", capture_output=True, timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        return "loops"
+    return "MISSED" if test.returncode == 0 else "caught"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--work", type=pathlib.Path, default=ROOT / "target" / "mutate")
+    parser.add_argument("--only", default="", help="mutants whose name holds this")
+    parser.add_argument("--list", type=pathlib.Path, help="a file of names, one a line")
+    parser.add_argument("--share", default="0/1", help="the K-th of N shares")
+    arguments = parser.parse_args()
+    share, shares = map(int, arguments.share.split("/"))
+    names = {line.split("\t")[0] for line in arguments.list.read_text().splitlines()} if arguments.list else None
+    files = {f"codecs/src/{name}": (ROOT / "codecs/src" / name).read_text() for name in FILES}
+    mutants = [*left_out_checks(files), *cargo_mutants(files)]
+    mutants = [m for i, m in enumerate(mutants) if i % shares == share and arguments.only in m[0] and (names is None or m[0] in names)]
+
+    work = arguments.work / f"share{share}of{shares}"
+    tree = work / "tree"
+    shutil.rmtree(tree, ignore_errors=True)
+    shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns("target", ".git", "corpus", "fuzz"))
+    results = work / "results.tsv"
+    done = {line.split("\t")[0] for line in results.read_text().splitlines()} if results.exists() else set()
+    if run(tree, work / "target") != "MISSED":
+        sys.exit("the vectors do not pass as it is")
+    print(f"{len(mutants)} mutants, {len(done)} done before", flush=True)
+    with results.open("a") as out:
+        for name, file, start, end, replacement in mutants:
+            if name in done:
+                continue
+            path = tree / file
+            path.write_text(files[file][:start] + replacement + files[file][end:])
+            result = run(tree, work / "target")
+            path.write_text(files[file])
+            print(f"{name}\t{result}", file=out, flush=True)
+    counts = {}
+    for line in results.read_text().splitlines():
+        name, result = line.split("\t")
+        counts[result] = counts.get(result, 0) + 1
+        if result == "MISSED":
+            print(name)
+    print(counts)
+
+
+if __name__ == "__main__":
+    main()

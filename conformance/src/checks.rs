@@ -1,0 +1,434 @@
+//! What a decoder is asked about a vector, and what it has to answer.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
+use crate::run::{Flips, Level, Options};
+use crate::vector::{Fault, Kind, Query, Vector, sha256};
+
+/// A check that failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// The lowest level that asks for it.
+    pub level: Level,
+    /// What was done.
+    pub check: String,
+    /// What should have come of it.
+    pub expected: String,
+    /// What came of it.
+    pub got: String,
+}
+
+/// Why a vector was left before all was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The decoder does not do this.
+    NotImplemented,
+    /// The decoder gave no answer; the failure is among the others.
+    NoAnswer,
+}
+
+/// What was found out about a vector.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// The first few failures.
+    pub failures: Vec<Failure>,
+    /// How many more there are.
+    pub left_out: u64,
+    /// Requests made.
+    pub requests: u64,
+}
+
+/// Failures of a vector that are kept: a decoder that gets all prefixes wrong needs no thousand.
+const KEPT: usize = 6;
+
+/// Vectors up to this size have every prefix tried, and their bits flipped.
+const SMALL: usize = 4096;
+
+/// Of so many bits one is flipped by [`Flips::Sample`]; odd, so that all bits of a byte have a turn.
+const SAMPLE: usize = 29;
+
+/// The error of bytes after the end: the one fault that a complete stream can be a prefix of.
+const TRAILING: u16 = 1020;
+
+/// A part of the checks, which decides about some levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The stream of a vector, whole and in parts.
+    Stream,
+    /// The script of a session.
+    Session,
+    /// The look-ups of a query vector.
+    Queries,
+}
+
+impl Stage {
+    /// All.
+    pub const ALL: [Stage; 3] = [Stage::Stream, Stage::Session, Stage::Queries];
+
+    /// The levels that it decides about.
+    pub fn levels(self) -> &'static [Level] {
+        match self {
+            Stage::Stream => &[Level::Core, Level::Full, Level::Limits],
+            Stage::Session => &[Level::Sessions],
+            Stage::Queries => &[Level::Queries],
+        }
+    }
+}
+
+/// Makes the checks of a stage.
+pub fn run(
+    stage: Stage,
+    program: &mut dyn Program,
+    vector: &Vector,
+    options: &Options,
+) -> (Found, Result<(), Stop>) {
+    let lowest = match vector.kind {
+        Kind::Limits => Level::Limits,
+        _ => stage.levels()[0],
+    };
+    let mut checks = Checks {
+        program,
+        vector,
+        options,
+        lowest,
+        found: Found::default(),
+    };
+    let stop = match stage {
+        Stage::Stream => checks.stream(),
+        Stage::Session => checks.session(),
+        Stage::Queries => checks.queries(),
+    };
+    (checks.found, stop)
+}
+
+struct Checks<'a> {
+    program: &'a mut dyn Program,
+    vector: &'a Vector,
+    options: &'a Options,
+    /// Level of what everyone has to get right.
+    lowest: Level,
+    found: Found,
+}
+
+impl Checks<'_> {
+    /// The whole stream, byte by byte, its prefixes, and its neighbours by one bit.
+    fn stream(&mut self) -> Result<(), Stop> {
+        let vector = self.vector;
+        let mut arguments = self.arguments(Mode::Stream);
+        arguments.live = vector.info.live;
+        let whole = self.ask("decode", &arguments, &vector.bytes)?;
+        self.judge("decode", &arguments, &whole);
+        let bytewise = Arguments {
+            pieces: 1,
+            ..arguments.clone()
+        };
+        let answer = self.ask("byte by byte", &bytewise, &vector.bytes)?;
+        self.judge("byte by byte", &bytewise, &answer);
+        self.prefixes(&whole)?;
+        if vector.info.error.is_none() && vector.bytes.len() <= SMALL {
+            self.flips(&arguments, &whole)?;
+        }
+        Ok(())
+    }
+
+    /// Holds an answer about the whole stream against the vector.
+    fn judge(&mut self, check: &str, arguments: &Arguments, answer: &Answer) {
+        let info = &self.vector.info;
+        let (dump, fault) = split(answer);
+        let (status, hash) = match info.error {
+            None => (Status::Complete, &info.dump_sha256),
+            Some(_) => (Status::Refused, &info.released_sha256),
+        };
+        let expected = match &info.error {
+            None => "accepted".to_string(),
+            Some(fault) => format!("refused with {}", fault_text(Some(fault))),
+        };
+        if answer.status != status {
+            self.fail(self.lowest, check, expected, verdict_text(answer));
+            return;
+        }
+        if hash.as_ref() != Some(&sha256(dump)) {
+            self.differs(check, arguments, hash.as_deref(), answer);
+        }
+        if fault != info.error {
+            self.fail(self.full(), check, expected, verdict_text(answer));
+        }
+    }
+
+    /// No proper prefix is a stream, and what it releases the whole releases, too.
+    fn prefixes(&mut self, whole: &Answer) -> Result<(), Stop> {
+        let vector = self.vector;
+        let length = vector.bytes.len();
+        let lengths: Vec<usize> = if self.options.many && length <= SMALL {
+            (0..length).collect()
+        } else {
+            let mut few = vec![0, 16, length / 3, length / 2, length.saturating_sub(1)];
+            few.retain(|&few| few < length);
+            few.sort_unstable();
+            few.dedup();
+            few
+        };
+        let mut arguments = self.arguments(Mode::Stream);
+        arguments.partial = self.options.many;
+        let fault = vector.info.error.as_ref();
+        for length in lengths {
+            let check = format!("prefix of {length} bytes");
+            let bytes = &vector.bytes[..length];
+            let answer = self.ask(&check, &arguments, bytes)?;
+            let (dump, found) = split(&answer);
+            let got = || verdict_text(&answer);
+            match answer.status {
+                Status::Complete if fault.is_some_and(|fault| fault.id == TRAILING) => {}
+                Status::NeedInput if arguments.partial => {}
+                Status::Refused if !arguments.partial => {}
+                Status::Refused if fault.is_some() => {
+                    if found.as_ref() != fault {
+                        let expected = format!("need_input or {}", fault_text(fault));
+                        self.fail(self.full(), &check, expected, got());
+                    }
+                }
+                _ => {
+                    let expected = if arguments.partial {
+                        "need_input"
+                    } else {
+                        "refused"
+                    };
+                    self.fail(self.lowest, &check, expected.to_string(), got());
+                    continue;
+                }
+            }
+            if !split(whole).0.starts_with(dump) {
+                let expected = "the beginning of what the whole stream gives".to_string();
+                self.fail(self.lowest, &check, expected, "something else".to_string());
+            } else {
+                self.compare(&check, &arguments, bytes, &answer);
+            }
+        }
+        Ok(())
+    }
+
+    /// A stream with one wrong bit is refused, or the bit means nothing.
+    fn flips(&mut self, arguments: &Arguments, whole: &Answer) -> Result<(), Stop> {
+        let step = match self.options.flips {
+            Flips::None => return Ok(()),
+            Flips::Sample => SAMPLE,
+            Flips::All => 1,
+        };
+        let mut bytes = self.vector.bytes.clone();
+        for bit in (0..bytes.len() * 8).step_by(step) {
+            let (byte, mask) = (bit / 8, 1 << (bit % 8));
+            let check = format!("bit {} of byte {byte} flipped", bit % 8);
+            bytes[byte] ^= mask;
+            let answer = self.ask(&check, arguments, &bytes)?;
+            let same = answer.status == Status::Complete && answer.output == whole.output;
+            if answer.status == Status::Refused || same {
+                self.compare(&check, arguments, &bytes, &answer);
+            } else {
+                let expected = "refused, or the same dump".to_string();
+                let got = match answer.status {
+                    Status::Complete => "accepted with another dump".to_string(),
+                    _ => verdict_text(&answer),
+                };
+                self.fail(self.lowest, &check, expected, got);
+            }
+            bytes[byte] ^= mask;
+        }
+        Ok(())
+    }
+
+    /// The script, whole and byte by byte.
+    fn session(&mut self) -> Result<(), Stop> {
+        let vector = self.vector;
+        for (check, pieces) in [("session", 0), ("session byte by byte", 1)] {
+            let arguments = Arguments {
+                pieces,
+                ..self.arguments(Mode::Session)
+            };
+            let answer = self.ask(check, &arguments, &vector.bytes)?;
+            let hash = &vector.info.transcript_sha256;
+            if answer.status != Status::Complete {
+                let expected = "the script run to its end, and exit code 0".to_string();
+                self.fail(self.lowest, check, expected, verdict_text(&answer));
+            } else if hash.as_ref() != Some(&sha256(&answer.output)) {
+                self.differs(check, &arguments, hash.as_deref(), &answer);
+            }
+        }
+        Ok(())
+    }
+
+    /// Each look-up, in its interval.
+    fn queries(&mut self) -> Result<(), Stop> {
+        let vector = self.vector;
+        let queries = &vector.info.queries;
+        let input = query_input(&vector.bytes, queries);
+        let answer = self.ask("queries", &self.arguments(Mode::Queries), &input)?;
+        let text = String::from_utf8_lossy(&answer.output);
+        let lines: Vec<&str> = text.lines().collect();
+        if answer.status != Status::Complete || lines.len() != queries.len() {
+            let expected = format!("{} values", queries.len());
+            let got = match answer.status {
+                Status::Complete => format!("{} lines", lines.len()),
+                _ => verdict_text(&answer),
+            };
+            self.fail(self.lowest, "queries", expected, got);
+            return Ok(());
+        }
+        for (number, (query, line)) in queries.iter().zip(lines).enumerate() {
+            let [low, high] = query.ao.map(|ao| f64::from(ao) / 65536.0);
+            let value = line.trim().parse::<f64>().ok();
+            if !value.is_some_and(|value| (low..=high).contains(&value)) {
+                let check = format!("query {number}: {}", query_line(query));
+                self.fail(self.lowest, &check, format!("{low} to {high}"), shown(line));
+            }
+        }
+        Ok(())
+    }
+
+    fn arguments(&self, mode: Mode) -> Arguments {
+        Arguments {
+            mode,
+            limits: self.vector.info.limits.clone(),
+            ..Arguments::default()
+        }
+    }
+
+    /// The level that asks for layer, number and offset.
+    fn full(&self) -> Level {
+        match self.lowest {
+            Level::Core => Level::Full,
+            other => other,
+        }
+    }
+
+    fn ask(&mut self, check: &str, arguments: &Arguments, input: &[u8]) -> Result<Answer, Stop> {
+        self.found.requests += 1;
+        let program = &mut self.program;
+        // Our own decoder runs in this process: its panic is a failure of the vector.
+        let answer = catch_unwind(AssertUnwindSafe(|| program.ask(arguments, input)));
+        match answer.unwrap_or_else(|_| Err("a panic".to_string())) {
+            Ok(answer) if answer.status == Status::NotImplemented => Err(Stop::NotImplemented),
+            Ok(answer) => Ok(answer),
+            Err(error) => {
+                self.fail(self.lowest, check, "an answer".to_string(), error);
+                Err(Stop::NoAnswer)
+            }
+        }
+    }
+
+    fn fail(&mut self, level: Level, check: &str, expected: String, got: String) {
+        // The first at each level is kept: it decides about the level.
+        let failures = &mut self.found.failures;
+        if failures.len() < KEPT || failures.iter().all(|failure| failure.level > level) {
+            failures.push(Failure {
+                level,
+                check: check.to_string(),
+                expected,
+                got,
+            });
+        } else {
+            self.found.left_out += 1;
+        }
+    }
+
+    /// Holds a verdict that no file states against that of our own decoder.
+    fn compare(&mut self, check: &str, arguments: &Arguments, input: &[u8], answer: &Answer) {
+        if !self.options.compare {
+            return;
+        }
+        // Arguments from a vector that was read, limits included, are known to the protocol.
+        let Ok(own) = Own::default().ask(arguments, input) else {
+            return;
+        };
+        let (own_dump, own_fault) = split(&own);
+        let (dump, fault) = split(answer);
+        let expected = verdict_text(&own);
+        if own.status != answer.status {
+            self.fail(self.lowest, check, expected, verdict_text(answer));
+        } else if own_dump != dump {
+            let (expected, got) = first_difference(own_dump, dump);
+            self.fail(self.lowest, check, expected, got);
+        } else if own_fault != fault {
+            self.fail(self.full(), check, expected, verdict_text(answer));
+        }
+    }
+
+    /// Another output than the hash stands for: told by its first wrong line, where our own decoder
+    /// has the right one.
+    fn differs(&mut self, check: &str, arguments: &Arguments, hash: Option<&str>, answer: &Answer) {
+        let own = Own::default().ask(arguments, &self.vector.bytes);
+        let got = split(answer).0;
+        let lines = match &own {
+            Ok(own) if hash == Some(&sha256(split(own).0)) => first_difference(split(own).0, got),
+            _ => (
+                format!("output with SHA-256 {}", hash.unwrap_or("unknown")),
+                format!("{} bytes with SHA-256 {}", got.len(), sha256(got)),
+            ),
+        };
+        self.fail(self.lowest, check, lines.0, lines.1);
+    }
+}
+
+/// The input of a query request: the stream with its length, and a line for each query.
+pub fn query_input(stream: &[u8], queries: &[Query]) -> Vec<u8> {
+    let mut input = (stream.len() as u32).to_le_bytes().to_vec();
+    input.extend(stream);
+    for query in queries {
+        input.extend(query_line(query).bytes());
+        input.push(b'\n');
+    }
+    input
+}
+
+fn query_line(query: &Query) -> String {
+    let [x, y, z] = query.position;
+    let [nx, ny, nz] = query.normal;
+    format!("{} {x} {y} {z} {nx} {ny} {nz}", query.track)
+}
+
+fn fault_text(fault: Option<&Fault>) -> String {
+    match fault {
+        Some(fault) => format!("{} {} at byte {}", fault.layer, fault.id, fault.offset),
+        None => "no line that states layer, id and offset".to_string(),
+    }
+}
+
+fn verdict_text(answer: &Answer) -> String {
+    match answer.status {
+        Status::Complete => "accepted".to_string(),
+        Status::NeedInput => "need_input".to_string(),
+        Status::NotImplemented => "not implemented".to_string(),
+        Status::Refused => format!("refused with {}", fault_text(split(answer).1.as_ref())),
+    }
+}
+
+/// The first lines that differ.
+fn first_difference(expected: &[u8], got: &[u8]) -> (String, String) {
+    let mut expected = expected.split_inclusive(|&byte| byte == b'\n');
+    let mut got = got.split_inclusive(|&byte| byte == b'\n');
+    let mut number = 1;
+    loop {
+        let (want, have) = (expected.next(), got.next());
+        if want != have || want.is_none() {
+            let text = |line: Option<&[u8]>| match line {
+                Some(line) => format!("line {number}: {}", shown(&String::from_utf8_lossy(line))),
+                None => format!("{} lines", number - 1),
+            };
+            return (text(want), text(have));
+        }
+        number += 1;
+    }
+}
+
+/// A line as reports show it: not too long, and nothing that a terminal would act on.
+fn shown(line: &str) -> String {
+    let mut text: String = line
+        .trim_end_matches('\n')
+        .escape_debug()
+        .take(200)
+        .collect();
+    if line.chars().count() > 200 {
+        text.push_str(" ...");
+    }
+    text
+}

@@ -1,0 +1,65 @@
+use std::fmt::Write as _;
+
+use crate::run::{Level, Report, Verdict};
+
+/// Counts by level and area, then every vector that failed, and why; then what was skipped.
+pub fn text(report: &Report) -> String {
+    let mut out = format!(
+        "{}: {} vectors, {} requests\n\n{:<10}{:<12}{:>8}{:>8}{:>17}{:>9}\n",
+        report.decoder,
+        report.outcomes.len(),
+        report.requests(),
+        "level",
+        "area",
+        "passed",
+        "failed",
+        "not implemented",
+        "skipped"
+    );
+    for level in Level::ALL {
+        for area in report.areas() {
+            let counts = Verdict::ALL.map(|verdict| report.count(level, Some(area), verdict));
+            if counts.iter().sum::<usize>() == 0 {
+                continue;
+            }
+            let [passed, failed, not_implemented, skipped] = counts;
+            // Writing to a String does not fail.
+            let _ = writeln!(
+                out,
+                "{:<10}{area:<12}{passed:>8}{failed:>8}{not_implemented:>17}{skipped:>9}",
+                level.name(),
+            );
+        }
+    }
+    for outcome in report.outcomes.iter().filter(|outcome| outcome.failed()) {
+        let levels = outcome.verdicts.iter().filter(|v| v.1 == Verdict::Failed);
+        let levels: Vec<&str> = levels.map(|v| v.0.name()).collect();
+        let clauses = outcome.clauses.join(", ");
+        let _ = writeln!(
+            out,
+            "\nfailed: {} ({}; {clauses})",
+            outcome.path,
+            levels.join(", ")
+        );
+        for failure in &outcome.failures {
+            let _ = writeln!(
+                out,
+                "  {}\n    expected  {}\n    got       {}",
+                failure.check, failure.expected, failure.got
+            );
+        }
+        if outcome.left_out > 0 {
+            let _ = writeln!(out, "  and {} more", outcome.left_out);
+        }
+    }
+    let mut heading = "\n";
+    for outcome in report.outcomes.iter().filter(|outcome| !outcome.failed()) {
+        if let Some(reason) = &outcome.skip {
+            let _ = writeln!(out, "{heading}skipped: {}: {reason}", outcome.path);
+            heading = "";
+        }
+    }
+    let result = if report.passed() { "passed" } else { "failed" };
+    let _ = writeln!(out, "\n{result}");
+    out
+}

@@ -1,0 +1,366 @@
+//! Holds a decoder against vectors, level by level.
+
+use std::collections::BTreeMap;
+
+use crate::checks::{self, Failure, Stage, Stop};
+use crate::protocol::Program;
+use crate::vector::{Kind, Vector};
+
+/// What a decoder is held to. A decoder passes a level when it passes all vectors of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Accepts or refuses as it must, with the dump that it must.
+    Core,
+    /// Names the layer, number and offset of each fault.
+    Full,
+    /// Goes on after losses and faults.
+    Sessions,
+    /// Keeps limits that are set for it.
+    Limits,
+    /// Samples light at surface positions.
+    Queries,
+}
+
+impl Level {
+    /// All, in the order in which a decoder comes by them.
+    pub const ALL: [Level; 5] = [
+        Level::Core,
+        Level::Full,
+        Level::Sessions,
+        Level::Limits,
+        Level::Queries,
+    ];
+
+    /// Its name in arguments and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Core => "core",
+            Level::Full => "full",
+            Level::Sessions => "sessions",
+            Level::Limits => "limits",
+            Level::Queries => "queries",
+        }
+    }
+}
+
+/// Which single-bit flips of valid vectors are tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Flips {
+    /// None.
+    #[default]
+    None,
+    /// One bit in 29.
+    Sample,
+    /// Every bit.
+    All,
+}
+
+/// How a decoder is held against vectors.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Levels; [`Level::Full`] takes [`Level::Core`] with it.
+    pub levels: Vec<Level>,
+    /// Single-bit flips of valid vectors.
+    pub flips: Flips,
+    /// Asking is cheap, and the decoder knows `--partial`: every prefix is tried, not a few.
+    pub many: bool,
+    /// Verdicts on prefixes and flips are held against those of our own decoder, which is of use
+    /// for any other decoder.
+    pub compare: bool,
+    /// Vectors that may fail, by path, with the reasons.
+    pub skips: BTreeMap<String, String>,
+    /// Only vectors with this in their path.
+    pub filter: String,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            levels: Level::ALL.to_vec(),
+            flips: Flips::None,
+            many: true,
+            compare: true,
+            skips: BTreeMap::new(),
+            filter: String::new(),
+        }
+    }
+}
+
+/// How a vector came out at a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// As it must be.
+    Passed,
+    /// Not as it must be.
+    Failed,
+    /// The decoder says that it does not do this.
+    NotImplemented,
+    /// Failed, and the skip file says that it may.
+    Skipped,
+}
+
+impl Verdict {
+    /// All, in the order of reports.
+    pub const ALL: [Verdict; 4] = [
+        Verdict::Passed,
+        Verdict::Failed,
+        Verdict::NotImplemented,
+        Verdict::Skipped,
+    ];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Passed => "passed",
+            Verdict::Failed => "failed",
+            Verdict::NotImplemented => "not implemented",
+            Verdict::Skipped => "skipped",
+        }
+    }
+}
+
+/// What a decoder made of a vector.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    /// Path of the vector below the folder of vectors.
+    pub path: String,
+    /// Its area.
+    pub area: String,
+    /// Its clauses.
+    pub clauses: Vec<String>,
+    /// How it came out at each level that was asked for and that it belongs to.
+    pub verdicts: Vec<(Level, Verdict)>,
+    /// What failed; the first few.
+    pub failures: Vec<Failure>,
+    /// How many failures are not among them.
+    pub left_out: u64,
+    /// Why it may fail.
+    pub skip: Option<String>,
+    /// How often the decoder was asked.
+    pub requests: u64,
+}
+
+impl Outcome {
+    /// Whether it failed at some level.
+    pub fn failed(&self) -> bool {
+        self.verdicts.iter().any(|v| v.1 == Verdict::Failed)
+    }
+
+    /// Whether it passed at all levels.
+    pub fn passed(&self) -> bool {
+        self.verdicts.iter().all(|v| v.1 == Verdict::Passed)
+    }
+}
+
+/// What a decoder made of all vectors.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// What the decoder is called.
+    pub decoder: String,
+    /// In the order of the vectors' paths.
+    pub outcomes: Vec<Outcome>,
+}
+
+impl Report {
+    /// Whether nothing failed. What is skipped or not implemented is no failure.
+    pub fn passed(&self) -> bool {
+        !self.outcomes.iter().any(Outcome::failed)
+    }
+
+    /// How many vectors came out so at a level, in one area or in all.
+    pub fn count(&self, level: Level, area: Option<&str>, verdict: Verdict) -> usize {
+        let outcomes = self.outcomes.iter();
+        outcomes
+            .filter(|outcome| area.is_none_or(|area| outcome.area == area))
+            .filter(|outcome| outcome.verdicts.contains(&(level, verdict)))
+            .count()
+    }
+
+    /// The areas of the vectors, in order.
+    pub fn areas(&self) -> Vec<&str> {
+        let mut areas: Vec<&str> = self.outcomes.iter().map(|o| o.area.as_str()).collect();
+        areas.sort_unstable();
+        areas.dedup();
+        areas
+    }
+
+    /// How often the decoder was asked.
+    pub fn requests(&self) -> u64 {
+        self.outcomes.iter().map(|outcome| outcome.requests).sum()
+    }
+}
+
+/// So many vectors in a row without an answer, and the rest are not asked: a decoder that does not
+/// start, or always hangs, is told of soon.
+const GIVE_UP: u32 = 10;
+
+/// Holds a decoder against vectors; `progress` is told how many are done.
+///
+/// # Errors
+/// A sentence where the skip file names a vector that does not exist, or the filter leaves none.
+pub fn run(
+    decoder: &str,
+    program: &mut dyn Program,
+    vectors: &[Vector],
+    options: &Options,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Report, String> {
+    for path in options.skips.keys() {
+        if !vectors.iter().any(|vector| vector.path() == *path) {
+            return Err(format!("the skip file names {path}, which is no vector"));
+        }
+    }
+    let mut outcomes = Vec::new();
+    let mut silent = 0;
+    for vector in vectors {
+        if !vector.path().contains(&options.filter) || levels(vector, options).is_empty() {
+            continue;
+        }
+        let (outcome, answered) = if silent < GIVE_UP {
+            one(program, vector, options)
+        } else {
+            (given_up(vector, options), false)
+        };
+        silent = if answered { 0 } else { silent + 1 };
+        outcomes.push(outcome);
+        progress(outcomes.len());
+    }
+    if outcomes.is_empty() {
+        return Err("no vector has that level and that text in its path".to_string());
+    }
+    Ok(Report {
+        decoder: decoder.to_string(),
+        outcomes,
+    })
+}
+
+/// The skips of a skip file: a path and a reason a line; empty lines and those from `#` are not
+/// looked at.
+///
+/// # Errors
+/// A sentence that names the line without a reason, or the path that comes twice.
+pub fn skips(text: &str) -> Result<BTreeMap<String, String>, String> {
+    let mut skips = BTreeMap::new();
+    for line in text.lines().map(str::trim) {
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let (path, reason) = line
+            .split_once(char::is_whitespace)
+            .ok_or_else(|| format!("the skip file gives no reason for {line}"))?;
+        let before = skips.insert(path.to_string(), reason.trim().to_string());
+        if before.is_some() {
+            return Err(format!("the skip file names {path} twice"));
+        }
+    }
+    Ok(skips)
+}
+
+/// The levels that a vector belongs to and that are asked for.
+fn levels(vector: &Vector, options: &Options) -> Vec<Level> {
+    let of_kind: &[Level] = match vector.kind {
+        Kind::Valid | Kind::Invalid => &[Level::Core, Level::Full],
+        Kind::Limits => &[Level::Limits],
+        Kind::Sessions => &[Level::Sessions],
+        Kind::Queries => &[Level::Core, Level::Full, Level::Queries],
+    };
+    let asked = |level: &Level| {
+        let with_full = *level == Level::Core && options.levels.contains(&Level::Full);
+        options.levels.contains(level) || with_full
+    };
+    of_kind.iter().copied().filter(asked).collect()
+}
+
+/// Holds the decoder against one vector. Also whether it always answered.
+fn one(program: &mut dyn Program, vector: &Vector, options: &Options) -> (Outcome, bool) {
+    let levels = levels(vector, options);
+    let mut outcome = empty(vector, options);
+    let mut answered = true;
+    for stage in Stage::ALL {
+        let levels: Vec<Level> = levels
+            .iter()
+            .copied()
+            .filter(|level| stage.levels().contains(level))
+            .collect();
+        if levels.is_empty() {
+            continue;
+        }
+        let (found, stop) = checks::run(stage, program, vector, options);
+        outcome.requests += found.requests;
+        outcome.left_out += found.left_out;
+        answered &= !matches!(stop, Err(Stop::NoAnswer));
+        for level in levels {
+            // A stream that is wrongly accepted has no fault to compare: what fails at the level
+            // below fails at this one.
+            let failed = found.failures.iter().any(|failure| failure.level <= level);
+            let verdict = match stop {
+                _ if failed => Verdict::Failed,
+                Err(Stop::NotImplemented) => Verdict::NotImplemented,
+                _ => Verdict::Passed,
+            };
+            outcome.verdicts.push((level, verdict));
+        }
+        let asked = |failure: &Failure| {
+            let mut verdicts = outcome.verdicts.iter();
+            verdicts.any(|(level, verdict)| *verdict == Verdict::Failed && failure.level <= *level)
+        };
+        let failures = found.failures.into_iter().filter(asked);
+        outcome.failures.extend(failures.collect::<Vec<_>>());
+    }
+    skip(&mut outcome);
+    (outcome, answered)
+}
+
+fn empty(vector: &Vector, options: &Options) -> Outcome {
+    let path = vector.path();
+    Outcome {
+        area: vector.area.clone(),
+        clauses: vector.info.clauses.clone(),
+        verdicts: Vec::new(),
+        failures: Vec::new(),
+        left_out: 0,
+        skip: options.skips.get(&path).cloned(),
+        requests: 0,
+        path,
+    }
+}
+
+/// Does what the skip file says.
+fn skip(outcome: &mut Outcome) {
+    let Some(reason) = &outcome.skip else {
+        return;
+    };
+    let passed = outcome.passed();
+    let verdict = if passed {
+        Verdict::Failed
+    } else {
+        Verdict::Skipped
+    };
+    outcome.failures.clear();
+    outcome.left_out = 0;
+    if passed {
+        outcome.failures.push(Failure {
+            level: outcome.verdicts.first().map_or(Level::Core, |v| v.0),
+            check: "skip file".to_string(),
+            expected: format!("a failure, since it is to be skipped: {reason}"),
+            got: "it passes; take it off the skip file".to_string(),
+        });
+    }
+    for (_, old) in &mut outcome.verdicts {
+        *old = verdict;
+    }
+}
+
+/// A vector that the decoder is not asked any more.
+fn given_up(vector: &Vector, options: &Options) -> Outcome {
+    let mut outcome = empty(vector, options);
+    let levels = levels(vector, options).into_iter();
+    outcome.verdicts = levels.map(|level| (level, Verdict::Failed)).collect();
+    outcome.failures.push(Failure {
+        level: outcome.verdicts[0].0,
+        check: "decode".to_string(),
+        expected: "an answer".to_string(),
+        got: format!("not asked: {GIVE_UP} vectors in a row went without an answer"),
+    });
+    outcome
+}

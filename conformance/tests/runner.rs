@@ -1,0 +1,359 @@
+//! The runner against decoders: one that is right, and one for each way to be wrong.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
+use dapple_conformance::program::{Batch, Foreign, OneShot};
+use dapple_conformance::protocol::{Arguments, Mode, Own, Program, Status, split};
+use dapple_conformance::run::{Flips, Level, Options, Outcome, Report, Verdict, run, skips};
+use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, sha256};
+
+const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
+const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
+
+/// A stream of one frame with one point.
+fn stream() -> Forge {
+    let entry = Entry::new(1);
+    let key = entry.key([1, 1, 1]);
+    let point = entry.point([3, 7, 30], [1, 2], 200);
+    let part = Part::of(&entry)
+        .bucket(entry.bucket(key), &[0])
+        .cell(0, key, &[point]);
+    let mut forge = Forge::started();
+    forge
+        .put(kind::TRACK, &tracks(&[entry]))
+        .put(kind::GROUP, &group(0, 0, 0))
+        .put(kind::POINTS, &points(None, &[part]))
+        .put(kind::COMMIT, &commit(0, 0, None));
+    forge
+}
+
+/// What our decoder makes of it is what the vector asks for.
+fn vector(kind: Kind, name: &str, bytes: Vec<u8>, limits: &[(&str, u64)]) -> Vector {
+    let limits: BTreeMap<String, u64> = limits.iter().map(|l| (l.0.to_string(), l.1)).collect();
+    let session = kind == Kind::Sessions;
+    let arguments = Arguments {
+        mode: if session { Mode::Session } else { Mode::Stream },
+        limits: limits.clone(),
+        ..Arguments::default()
+    };
+    let answer = Own::default().ask(&arguments, &bytes).expect("an answer");
+    let (dump, error) = split(&answer);
+    let hash = Some(sha256(dump));
+    let queries = match kind {
+        Kind::Queries => vec![Query {
+            track: 1,
+            position: [49152; 3],
+            normal: [0, 1, 0],
+            ao: [16384, 32768],
+        }],
+        _ => Vec::new(),
+    };
+    let info = Info {
+        clauses: vec!["C-001".to_string()],
+        since: 1,
+        class: Class::Value,
+        comment: String::new(),
+        limits,
+        live: false,
+        dump_sha256: hash.clone().filter(|_| !session && error.is_none()),
+        released_sha256: hash.clone().filter(|_| error.is_some()),
+        transcript_sha256: hash.filter(|_| session),
+        error,
+        queries,
+        bytes: bytes.len() as u64,
+        sha256: sha256(&bytes),
+    };
+    Vector {
+        area: "container".to_string(),
+        kind,
+        name: name.to_string(),
+        bytes,
+        info,
+    }
+}
+
+/// One vector of each kind.
+fn vectors() -> Vec<Vector> {
+    let whole = stream().ended();
+    let mut damaged = whole.clone();
+    let payload = stream().starts[3] + forge::HEADER;
+    damaged[payload] ^= 1;
+    let mut script = Vec::new();
+    for step in [&damaged, &whole] {
+        script.extend(format!("push {}\n", step.len()).bytes());
+        script.extend(step);
+        script.extend(b"resume\nreset\n");
+    }
+    vec![
+        vector(Kind::Invalid, "E1011-payload", damaged, &[]),
+        vector(
+            Kind::Limits,
+            "stored",
+            whole.clone(),
+            &[("stored_bytes", 100)],
+        ),
+        vector(Kind::Queries, "point", whole.clone(), &[]),
+        vector(Kind::Sessions, "damaged", script, &[]),
+        vector(Kind::Valid, "whole", whole, &[]),
+    ]
+}
+
+fn foreign(command: String, seconds: f64, memory_mib: u64) -> Foreign {
+    Foreign {
+        command,
+        timeout: Duration::from_secs_f64(seconds),
+        memory_mib,
+    }
+}
+
+fn options(many: bool) -> Options {
+    Options {
+        flips: if many { Flips::All } else { Flips::None },
+        many,
+        ..Options::default()
+    }
+}
+
+fn held(program: &mut dyn Program, vectors: &[Vector], options: &Options) -> Report {
+    run("a decoder", program, vectors, options, &mut |_| {}).expect("a report")
+}
+
+/// One shot, with a few prefixes, and batch, with all prefixes and flips.
+fn both(command: &str, seconds: f64, vectors: &[Vector]) -> [Report; 2] {
+    let foreign = foreign(command.to_string(), seconds, 1024);
+    [
+        held(&mut OneShot(foreign.clone()), vectors, &options(false)),
+        held(&mut Batch::new(foreign), vectors, &options(true)),
+    ]
+}
+
+fn outcome<'r>(report: &'r Report, name: &str) -> &'r Outcome {
+    let mut outcomes = report.outcomes.iter();
+    let named = outcomes.find(|outcome| outcome.path.ends_with(name));
+    named.expect("a vector of this name")
+}
+
+fn verdict(report: &Report, name: &str, level: Level) -> Verdict {
+    let verdicts = &outcome(report, name).verdicts;
+    let found = verdicts.iter().find(|verdict| verdict.0 == level);
+    found.expect("a verdict at this level").1
+}
+
+#[test]
+fn a_right_decoder_passes_one_shot_and_in_batch() {
+    for report in both(DECODER, 20.0, &vectors()) {
+        assert!(report.passed(), "{report:#?}");
+        assert_eq!(verdict(&report, "point", Level::Core), Verdict::Passed);
+        assert_eq!(
+            verdict(&report, "point", Level::Queries),
+            Verdict::NotImplemented
+        );
+        assert_eq!(
+            verdict(&report, "damaged", Level::Sessions),
+            Verdict::Passed
+        );
+        assert_eq!(verdict(&report, "stored", Level::Limits), Verdict::Passed);
+    }
+}
+
+#[test]
+fn wrong_answers_fail_where_they_are_wrong() {
+    // The fault, a vector that shows it, and the level that it fails.
+    let cases = [
+        ("dump", "whole", Level::Core),
+        ("cut-dump", "whole", Level::Core),
+        ("id", "E1011-payload", Level::Full),
+        ("offset", "E1011-payload", Level::Full),
+        ("no-line", "E1011-payload", Level::Full),
+        ("prefix", "whole", Level::Core),
+        ("checksum", "E1011-payload", Level::Core),
+        ("session", "damaged", Level::Sessions),
+        ("limits", "stored", Level::Limits),
+    ];
+    let vectors = vectors();
+    for (fault, name, level) in cases {
+        for report in both(&format!("{BROKEN} {fault}"), 20.0, &vectors) {
+            assert_eq!(verdict(&report, name, level), Verdict::Failed, "{fault}");
+            let outcome = outcome(&report, name);
+            let first = outcome.failures.first();
+            assert_eq!(first.map(|first| first.level), Some(level), "{fault}");
+            if level == Level::Full {
+                let core = verdict(&report, name, Level::Core);
+                assert_eq!(core, Verdict::Passed, "{fault}");
+            }
+        }
+    }
+}
+
+#[test]
+fn prefixes_and_flips_are_held_to_their_verdicts() {
+    let vectors = vectors();
+    let whole = &vectors[4..];
+    let report = |fault: &str, options: &Options| {
+        let foreign = foreign(format!("{BROKEN} {fault}"), 20.0, 1024);
+        held(&mut Batch::new(foreign), whole, options)
+    };
+    let eager = report("eager", &options(true));
+    let failures = &outcome(&eager, "whole").failures;
+    assert!(failures[0].check.starts_with("prefix of 0"), "{failures:?}");
+    // A valid vector alone shows a check that is missing only where its bits are flipped.
+    assert!(report("checksum", &Options::default()).passed());
+    let flipped = report("checksum", &options(true));
+    let outcome = outcome(&flipped, "whole");
+    assert!(outcome.failures[0].check.contains("flipped"), "{outcome:?}");
+    assert!(outcome.left_out > 0);
+}
+
+#[test]
+fn a_decoder_that_gives_no_answer_fails_and_stops_nothing() {
+    // The fault, and what is said of it one shot and in batch.
+    let cases = [
+        ("abort", "signal 6", "signal 6"),
+        ("exit", "exit code 7", "exit code 7"),
+        ("hang", "no end within", "no end within"),
+        ("memory", "signal 6", "signal 6"),
+        ("flood", "more than 64 MiB", "status 120"),
+        ("garbage", "line 1: hello", "status 104"),
+        ("cut-answer", "line 1: ", "cut off"),
+        ("silent", "0 lines", "exit code 0 instead of an answer"),
+    ];
+    let whole = &vectors()[4..];
+    for (fault, one_shot, batch) in cases {
+        let seconds = if fault == "hang" { 0.3 } else { 20.0 };
+        let reports = both(&format!("{BROKEN} {fault}"), seconds, whole);
+        for (report, words) in reports.iter().zip([one_shot, batch]) {
+            let outcome = outcome(report, "whole");
+            assert!(outcome.failed(), "{fault}");
+            let failure = &outcome.failures[0];
+            assert!(failure.got.contains(words), "{fault}: {failure:?}");
+        }
+    }
+    let aborted = &both(&format!("{BROKEN} abort"), 20.0, whole)[1];
+    assert!(
+        outcome(aborted, "whole").failures[0]
+            .got
+            .contains("it says: ")
+    );
+}
+
+#[test]
+fn answers_that_nobody_asked_for_are_noticed() {
+    let foreign = foreign(format!("{BROKEN} twice"), 20.0, 1024);
+    let report = held(&mut Batch::new(foreign), &vectors(), &options(true));
+    assert!(report.outcomes[0].failed());
+}
+
+#[test]
+fn a_decoder_that_never_answers_is_given_up() {
+    let vectors: Vec<Vector> = (0..40)
+        .map(|i| vector(Kind::Valid, &format!("v{i:02}"), stream().ended(), &[]))
+        .collect();
+    let foreign = foreign("/nowhere/decoder".to_string(), 20.0, 0);
+    let report = held(&mut OneShot(foreign), &vectors, &options(false));
+    assert!(report.outcomes.iter().all(Outcome::failed));
+    assert_eq!(report.requests(), 10);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_nobody_reads_blocks_nothing() {
+    let large = vec![7; 4 << 20];
+    let mut leaves = OneShot(foreign("exit 1 #".to_string(), 20.0, 0));
+    let answer = leaves
+        .ask(&Arguments::default(), &large)
+        .expect("an exit code");
+    assert_eq!(answer.status, Status::Refused);
+    for command in ["sleep 60 #", "sleep 60 & exec sleep 60 #"] {
+        let foreign = foreign(command.to_string(), 0.2, 0);
+        let late = OneShot(foreign.clone()).ask(&Arguments::default(), &large);
+        assert!(late.is_err_and(|error| error.contains("no end within")));
+        let late = Batch::new(foreign).ask(&Arguments::default(), &large);
+        assert!(late.is_err_and(|error| error.contains("no end within")));
+    }
+    // A process that outlives its parent and holds the pipes open.
+    let mut orphan = OneShot(foreign("sleep 3 & exit 1 #".to_string(), 0.2, 0));
+    assert!(orphan.ask(&Arguments::default(), b"").is_err());
+}
+
+#[test]
+fn queries_are_held_to_their_intervals() {
+    let vectors = vectors();
+    for (ao, expected) in [
+        (0.25, Verdict::Passed),
+        (0.51, Verdict::Failed),
+        (f32::NAN, Verdict::Failed),
+    ] {
+        let samplers: [(f32, dapple_conformance::protocol::Sampler); 3] = [
+            (0.25, |_, _, _, _| 0.25),
+            (0.51, |_, _, _, _| 0.51),
+            (f32::NAN, |_, _, _, _| f32::NAN),
+        ];
+        let sampler = samplers.iter().find(|s| s.0.to_bits() == ao.to_bits());
+        let mut own = Own {
+            sampler: sampler.map(|s| s.1),
+        };
+        let report = held(&mut own, &vectors, &Options::default());
+        assert_eq!(verdict(&report, "point", Level::Queries), expected);
+    }
+}
+
+#[test]
+fn a_panic_is_a_failure_of_its_vector() {
+    let mut own = Own {
+        sampler: Some(|_, _, _, _| panic!("on purpose")),
+    };
+    let report = held(&mut own, &vectors(), &Options::default());
+    assert_eq!(verdict(&report, "point", Level::Queries), Verdict::Failed);
+    assert_eq!(verdict(&report, "whole", Level::Core), Verdict::Passed);
+}
+
+#[test]
+fn the_skip_file_is_held_to_what_it_says() {
+    let text = "# why\n\ncontainer/valid/whole  no frames yet\n";
+    let skipping = Options {
+        skips: skips(text).expect("skips"),
+        ..Options::default()
+    };
+    let foreign = foreign(format!("{BROKEN} dump"), 20.0, 1024);
+    let vectors = vectors();
+    let report = held(&mut Batch::new(foreign), &vectors[4..], &skipping);
+    assert!(report.passed());
+    assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
+    let report = held(&mut Own::default(), &vectors, &skipping);
+    assert!(!report.passed());
+    assert_eq!(outcome(&report, "whole").failures[0].check, "skip file");
+    let stranger = Options {
+        skips: skips("container/valid/nothing because").expect("skips"),
+        ..Options::default()
+    };
+    let error = run("", &mut Own::default(), &vectors, &stranger, &mut |_| {});
+    assert!(error.is_err_and(|error| error.contains("container/valid/nothing")));
+    assert!(skips("container/valid/whole").is_err());
+    assert!(skips("a b\na c").is_err());
+}
+
+#[test]
+fn levels_and_filter_choose() {
+    let vectors = vectors();
+    let core = Options {
+        levels: vec![Level::Core],
+        ..Options::default()
+    };
+    let foreign = foreign(format!("{BROKEN} id"), 20.0, 1024);
+    let report = held(&mut Batch::new(foreign), &vectors, &core);
+    assert!(report.passed(), "core does not look at ids");
+    assert_eq!(report.outcomes.len(), 3);
+    let filter = Options {
+        filter: "valid/whole".to_string(),
+        ..Options::default()
+    };
+    let report = held(&mut Own::default(), &vectors, &filter);
+    assert_eq!(report.outcomes.len(), 1);
+    let nothing = Options {
+        filter: "nothing".to_string(),
+        ..Options::default()
+    };
+    assert!(run("", &mut Own::default(), &vectors, &nothing, &mut |_| {}).is_err());
+}

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Runs fuzz targets one after the other, each for so many seconds, and adds them up. May be stopped
+# and run again: corpus, logs and curves go on. A finding ends a target and the exit status says so.
+#   fuzz/campaign.sh SECONDS [TARGET...]
+set -euo pipefail
+cd "$(dirname "$0")"
+seconds=${1:?usage: campaign.sh SECONDS [TARGET...]}
+shift
+cargo +nightly fuzz build --fuzz-dir .
+bin=$(find target -path '*/release/container' -type f -printf '%T@ %p\n' | sort -n | tail -1 | cut -d' ' -f2)
+bin=$(dirname "$bin")
+[ $# -gt 0 ] || mapfile -t targets < <(cargo +nightly fuzz list --fuzz-dir .)
+[ $# -eq 0 ] || targets=("$@")
+mkdir -p campaign
+found=0
+for target in "${targets[@]}"; do
+    mkdir -p "corpus/$target" "artifacts/$target"
+    log=campaign/$target.log
+    echo "=== start $(date +%s)" >>"$log"
+    # Lines of libFuzzer get the seconds since the epoch before them, for the curve.
+    nice -n 19 "$bin/$target" "corpus/$target" -dict=dapple.dict -max_total_time="$seconds" \
+        -max_len=8192 -len_control=50 -timeout=20 -rss_limit_mb=2048 -print_final_stats=1 \
+        -artifact_prefix="artifacts/$target/" 2>&1 |
+        while IFS= read -r line; do printf '%(%s)T %s\n' -1 "$line"; done >>"$log" || found=1
+    python3 curve.py "$target"
+done
+python3 curve.py
+exit $found

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Reads campaign/TARGET.log. With a target: one line about it. Without: the table of all targets,
+coverage over time as campaign/coverage.csv and as campaign/coverage.svg."""
+
+import pathlib
+import re
+import sys
+
+HERE = pathlib.Path(__file__).parent
+EVENT = re.compile(r"^(\d+) #(\d+)\s+(\w+)\s+cov: (\d+) ft: (\d+)")
+COLOURS = ["#4e79a7", "#f28e2b", "#e15759", "#76b7b2", "#59a14f", "#edc948", "#b07aa1", "#9c755f", "#333333", "#bab0ac"]
+
+
+class Target:
+    """Runs of one target, one after the other; time counts while it ran."""
+
+    def __init__(self, name):
+        self.name = name
+        self.curve = []  # (seconds, executions, edges, features)
+        self.seconds = self.executions = self.edges = self.findings = 0
+        self.last_new = 0
+        start = runs = ran = 0
+        for line in (HERE / "campaign" / f"{name}.log").read_text(errors="replace").splitlines():
+            if line.startswith("=== start"):
+                start, runs, ran = int(line.split()[2]), self.executions, self.seconds
+            if "SUMMARY: " in line:
+                self.findings += 1
+            found = EVENT.match(line)
+            if not found:
+                continue
+            now, count, kind, edges, features = found.groups()
+            self.seconds = ran + int(now) - start
+            self.executions = runs + int(count)
+            if int(edges) > self.edges:
+                self.edges = int(edges)
+                if kind != "INITED":
+                    self.last_new = self.seconds
+            self.curve.append((self.seconds, self.executions, self.edges, int(features)))
+
+    def row(self):
+        rate = self.executions / max(self.seconds, 1)
+        return (f"| `{self.name}` | {self.seconds / 60:.1f} | {self.executions:,} | {rate:,.0f} "
+                f"| {self.edges:,} | {self.last_new / 60:.1f} | {self.findings} |")
+
+
+HEAD = ("| target | minutes | executions | a second | edges | last new edge at minute | findings |\n"
+        "| --- | --- | --- | --- | --- | --- | --- |")
+
+
+def svg(targets):
+    """Edges over time, each target as a share of its own last value."""
+    width, height, left, low = 900, 420, 60, 380
+    longest = max(t.seconds for t in targets) or 1
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">',
+           f'<rect width="{width}" height="{height}" fill="white"/>']
+    for percent in (0, 25, 50, 75, 100):
+        y = low - 3.4 * percent
+        out.append(f'<path d="M{left} {y}H700" stroke="#ddd"/><text x="{left - 8}" y="{y + 4}" text-anchor="end">{percent} %</text>')
+    for part in range(5):
+        x = left + 640 * part / 4
+        out.append(f'<text x="{x}" y="{low + 18}" text-anchor="middle">{longest * part / 240:.1f} min</text>')
+    for i, t in enumerate(targets):
+        points = " ".join(f"{left + 640 * s / longest:.1f},{low - 340 * e / max(t.edges, 1):.1f}" for s, _, e, _ in t.curve)
+        colour = COLOURS[i % len(COLOURS)]
+        out.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
+                   f'<text x="715" y="{60 + 22 * i}" fill="{colour}">{t.name}: {t.edges:,} edges</text>')
+    out.append("</svg>")
+    return "\n".join(out)
+
+
+def main():
+    if len(sys.argv) > 1:
+        print(Target(sys.argv[1]).row())
+        return
+    logs = sorted((HERE / "campaign").glob("*.log"))
+    targets = [t for t in (Target(log.stem) for log in logs) if t.curve]
+    print(HEAD, *(t.row() for t in targets), sep="\n")
+    total = sum(t.seconds for t in targets)
+    print(f"\n{total / 3600:.2f} hours, {sum(t.executions for t in targets):,} executions, "
+          f"{sum(t.findings for t in targets)} findings")
+    rows = [f"{t.name},{s},{n},{e},{f}" for t in targets for s, n, e, f in t.curve]
+    (HERE / "campaign" / "coverage.csv").write_text("\n".join(["target,seconds,executions,edges,features", *rows]) + "\n")
+    if targets:
+        (HERE / "campaign" / "coverage.svg").write_text(svg(targets))
+
+
+main()

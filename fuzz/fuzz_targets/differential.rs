@@ -1,0 +1,75 @@
+//! Our decoder and the one in Python, which share nothing: the same status, the same dump, the same
+//! error and offset. `DAPPLE_DECODER` is the other decoder's command line.
+#![no_main]
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use dapple_codec::Limits;
+use dapple_conformance::program::{Batch, Foreign};
+use dapple_conformance::protocol::{Arguments, Own, Program};
+use dapple_fuzz::mend::{Mend, mend};
+use dapple_fuzz::{LIMITS, structured};
+use libfuzzer_sys::fuzz_target;
+
+const PYTHON: &str = "python3 ../conformance/decoders/python/decoder.py";
+
+thread_local! {
+    static OTHER: RefCell<Batch> = RefCell::new(Batch::new(Foreign {
+        command: std::env::var("DAPPLE_DECODER").unwrap_or_else(|_| PYTHON.into()),
+        timeout: Duration::from_secs(15),
+        memory_mib: 0,
+    }));
+}
+
+fuzz_target!(|data: &[u8]| {
+    let Some((&how, rest)) = data.split_first() else {
+        return;
+    };
+    // A stream of plausible records, or any bytes with mended checksums.
+    let bytes = if how & 0x40 == 0 {
+        structured::stream(rest)
+    } else {
+        let mut bytes = rest.to_vec();
+        mend(&mut bytes, Mend::choose(how));
+        bytes
+    };
+    let arguments = Arguments {
+        limits: named(&LIMITS),
+        live: how & 0x20 != 0,
+        partial: how & 0x10 != 0,
+        ..Arguments::default()
+    };
+    let ours = Own::default()
+        .ask(&arguments, &bytes)
+        .expect("our decoder answers");
+    let other = OTHER.with_borrow_mut(|other| other.ask(&arguments, &bytes));
+    let other = other.expect("the other decoder answers");
+    if ours != other {
+        let text = |output: &[u8]| String::from_utf8_lossy(output).into_owned();
+        let (a, b) = (text(&ours.output), text(&other.output));
+        let at = a.lines().zip(b.lines()).take_while(|(a, b)| a == b).count();
+        let line = |text: &str| text.lines().nth(at).unwrap_or_default().to_string();
+        panic!(
+            "we: {:?} {}\nthey: {:?} {}",
+            ours.status,
+            line(&a),
+            other.status,
+            line(&b)
+        );
+    }
+});
+
+fn named(limits: &Limits) -> BTreeMap<String, u64> {
+    let values = [
+        ("stored_bytes", u64::from(limits.stored_bytes)),
+        ("unpacked_bytes", limits.unpacked_bytes.into()),
+        ("frame_bytes", limits.frame_bytes.into()),
+        ("zstd_window_bytes", limits.zstd_window_bytes.into()),
+        ("tracks", limits.tracks.into()),
+        ("path_bytes", limits.path_bytes.into()),
+        ("state_bytes", limits.state_bytes),
+    ];
+    values.map(|(name, value)| (name.to_string(), value)).into()
+}

@@ -1,0 +1,95 @@
+//! C zstd and the pure-Rust decoder: the same verdict on every frame that passes the checks of the
+//! format, and the same bytes.
+#![no_main]
+
+use arbitrary::{Result, Unstructured};
+use dapple_codec::fuzzing::unpack_zstd_twice;
+use libfuzzer_sys::fuzz_target;
+
+const WINDOW: u32 = 1 << 20;
+
+/// What C lets pass and the pure-Rust decoder does not: Huffman streams whose last code runs past
+/// their end, or that hold more codes than literals are stated. RFC 8878 §4.2.2 calls them corrupt.
+const ONLY_C: [&str; 2] = ["DecodedLiteralCountMismatch", "BitstreamReadMismatch"];
+/// What the pure-Rust decoder lets pass and C does not; C does not say what it minds.
+const ONLY_RUST: [&str; 1] = ["Data corruption detected"];
+
+fuzz_target!(|data: &[u8]| {
+    let _ = run(data);
+});
+
+fn run(data: &[u8]) -> Result<()> {
+    let Some((&how, rest)) = data.split_first() else {
+        return Ok(());
+    };
+    let frame = if how & 1 == 0 {
+        rest.to_vec()
+    } else {
+        mutated(rest)?
+    };
+    let Some(content) = content_size(&frame).filter(|&size| size <= 1 << 20) else {
+        return Ok(());
+    };
+    match unpack_zstd_twice(&frame, content, WINDOW) {
+        Some([Ok(native), Ok(portable)]) => assert!(native == portable, "different bytes"),
+        Some([Ok(_), Err(why)]) if !ONLY_C.iter().any(|known| why.contains(known)) => {
+            panic!("only C takes it: {why}")
+        }
+        Some([Err(why), Ok(_)]) if !ONLY_RUST.iter().any(|known| why.contains(known)) => {
+            panic!("only Rust takes it: {why}")
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// A frame that the encoder made, with a few bytes changed.
+fn mutated(data: &[u8]) -> Result<Vec<u8>> {
+    use dapple_codec::{Compression, Encoder, EncoderConfig, Transform};
+    let mut u = Unstructured::new(data);
+    let lazy = u.arbitrary()?;
+    let level = u.int_in_range(1..=19)?;
+    let mut entries = Vec::new();
+    let count = u.int_in_range(0..=255)?;
+    let mut transform = Transform::IDENTITY;
+    for id in 0..count {
+        if u.ratio(1, 3)? {
+            let at = (u.choose_index(3)?, u.choose_index(4)?);
+            transform.world_from_grid[at.0][at.1] = u.arbitrary::<i16>()?.into();
+        }
+        entries.push((id, transform));
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).expect("preamble");
+    let start = bytes.len() + 32;
+    let compression = Compression::Zstd { level, lazy };
+    encoder
+        .transforms(&mut bytes, &entries, compression)
+        .expect("transforms");
+    let mut frame = bytes.split_off(start);
+    for _ in 0..u.int_in_range(0..=3)? {
+        let at = u.choose_index(frame.len())?;
+        frame[at] = u.arbitrary()?;
+    }
+    Ok(frame)
+}
+
+/// The content size that the frame states, where it states one.
+fn content_size(frame: &[u8]) -> Option<usize> {
+    let descriptor = *frame.get(4)?;
+    let single = descriptor & 0x20 != 0;
+    let (bytes, add) = match descriptor >> 6 {
+        0 if single => (1, 0),
+        0 => return None,
+        1 => (2, 256),
+        2 => (4, 0),
+        _ => (8, 0),
+    };
+    let start = if single { 5 } else { 6 };
+    let field = frame.get(start..start + bytes)?;
+    let size = field
+        .iter()
+        .rev()
+        .fold(0u64, |value, &byte| value << 8 | u64::from(byte));
+    usize::try_from(size).ok()?.checked_add(add)
+}

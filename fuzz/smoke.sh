@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Ten seconds of every target: what CI runs. Needs the nightly toolchain.
+#   fuzz/smoke.sh [SECONDS]
+set -euo pipefail
+cd "$(dirname "$0")"
+cargo +nightly fuzz --version >/dev/null 2>&1 || cargo install --locked cargo-fuzz
+./seeds.sh
+./campaign.sh "${1:-10}"

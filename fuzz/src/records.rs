@@ -1,0 +1,305 @@
+//! Records with valid checksums, in any order, whose fields are plausible more often than not.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use arbitrary::{Result, Unstructured};
+use dapple_codec::Decoder;
+use dapple_codec::container::{Packing, record_type};
+use dapple_codec::points::{Bucket, CELL_POINTS, Cell, EMPTY, Grid, PointWidths};
+
+use crate::forge::Forge;
+use crate::server;
+
+/// Appends a record that fits, or nearly fits, what `decoder` has seen so far.
+pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) -> Result<()> {
+    let choice = u.int_in_range(0..=15)?;
+    let (record_type, mut payload) = match choice {
+        _ if decoder.tick_rate().is_none() && choice != 0 => (record_type::STREAM, stream(u)?),
+        0 => (record_type::STREAM, stream(u)?),
+        1 | 2 => (record_type::GROUP, group(u, decoder)?),
+        3 | 4 => (record_type::TRACK, tracks(u, decoder)?),
+        5 => (record_type::TRACK_REMOVE, removed(u, decoder)?),
+        6 => (record_type::TRANSFORMS, transforms(u, decoder)?),
+        7..=10 => (record_type::POINTS, points(u, decoder)?),
+        11 | 12 => (record_type::COMMIT, commit(u, decoder)?),
+        13 => (record_type::END, forge.end.end_payload().to_vec()),
+        _ => (
+            u.int_in_range(0..=0x50)?,
+            u.bytes(u.len().min(24))?.to_vec(),
+        ),
+    };
+    // A word that is wrong.
+    if u.ratio(1, 6)? && payload.len() >= 4 {
+        let at = u.choose_index(payload.len() / 4)? * 4;
+        let value = if u.arbitrary()? {
+            u.arbitrary()?
+        } else {
+            u32::from(u.arbitrary::<u8>()?)
+        };
+        payload[at..at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    if u.ratio(1, 20)? {
+        payload.truncate(u.choose_index(payload.len() + 1)?);
+    }
+    let packing = match u.int_in_range(0..=4)? {
+        0 => Packing::Lz4,
+        1 => Packing::Zstd,
+        _ => Packing::None,
+    };
+    let (known, odd) = (u.ratio(19, 20)?, u.arbitrary::<u8>()?);
+    forge.record(record_type, &payload, packing, |header| {
+        header.critical = choice < 15 || odd & 1 == 1;
+        if known {
+            return;
+        }
+        match odd >> 1 & 7 {
+            0 => header.critical = !header.critical,
+            1 => header.version = odd,
+            2 => header.packing = odd >> 4,
+            3 => {
+                header.sequence = header
+                    .sequence
+                    .wrapping_add(u64::from(odd >> 4))
+                    .wrapping_sub(7)
+            }
+            4 => header.unpacked_bytes = header.unpacked_bytes.wrapping_add(u32::from(odd >> 4)),
+            5 => header.unpacked_bytes = u32::from(odd) << 16,
+            6 => header.stored_bytes = header.stored_bytes.wrapping_add(u32::from(odd >> 4)),
+            _ => header.payload_crc ^= 1,
+        }
+    });
+    Ok(())
+}
+
+fn put(payload: &mut Vec<u8>, words: &[u32]) {
+    payload.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+}
+
+fn stream(u: &mut Unstructured<'_>) -> Result<Vec<u8>> {
+    let mut payload = Vec::new();
+    put(&mut payload, &[u.int_in_range(0..=60)? ^ 60, 1]);
+    Ok(payload)
+}
+
+fn group(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let mut payload = Vec::new();
+    let start = u.int_in_range(0..=3)? / 2;
+    put(&mut payload, &[u.arbitrary::<u8>()?.into(), start]);
+    let digest = if start == 1 {
+        decoder.state_digest()
+    } else {
+        0
+    };
+    payload.extend(digest.to_le_bytes());
+    Ok(payload)
+}
+
+fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let mut payload = Vec::new();
+    let count = u.int_in_range(0..=3)?;
+    put(&mut payload, &[count, 0]);
+    let live = decoder.tracks();
+    let mut id = live.last().map_or(0, |live| live.track.id + 1);
+    if !live.is_empty() && u.ratio(1, 4)? {
+        id = live[u.choose_index(live.len())?].track.id;
+    }
+    for _ in 0..count {
+        // A live one is declared again as it was, mostly.
+        let known = live.binary_search_by_key(&id, |live| live.track.id).ok();
+        let track = match known {
+            Some(at) if u.ratio(7, 8)? => live[at].track.clone(),
+            _ => server::track(u, id)?,
+        };
+        id = id.wrapping_add(u.int_in_range(1..=3)?);
+        let grid = *track.grid();
+        let path = track.target.path.as_bytes();
+        let size = (132 + path.len()).next_multiple_of(4);
+        put(&mut payload, &[size as u32, track.id, 1]);
+        payload.push(track.space as u8);
+        payload.push(track.target.content_hash.is_some().into());
+        payload.extend((path.len() as u16).to_le_bytes());
+        payload.extend(track.target.application_id.to_le_bytes());
+        payload.extend(track.target.content_hash.unwrap_or(0).to_le_bytes());
+        let floats = track.aabb_min.iter().chain(&track.aabb_max);
+        let floats = floats.chain(grid.grid_from_mesh.as_flattened());
+        payload.extend(floats.flat_map(|f| f.to_le_bytes()));
+        payload.extend(grid.dims.iter().flat_map(|d| d.to_le_bytes()));
+        payload.extend([0, 0]);
+        put(
+            &mut payload,
+            &[grid.cell_edge.to_bits(), grid.radius.to_bits()],
+        );
+        payload.extend([grid.widths.position, grid.widths.normal, grid.widths.ao, 0]);
+        // Now and then more than the limit of decoded state.
+        let large = if u.ratio(1, 24)? { 4000 } else { 1 };
+        put(
+            &mut payload,
+            &[grid.bucket_count * large, grid.cell_capacity * large],
+        );
+        payload.extend(path);
+        payload.resize(payload.len() + size - 132 - path.len(), 0);
+    }
+    Ok(payload)
+}
+
+/// Some of the live tracks.
+fn some(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u32>> {
+    let mut ids = Vec::new();
+    for live in decoder.tracks() {
+        if u.arbitrary()? {
+            ids.push(live.track.id);
+        }
+    }
+    Ok(ids)
+}
+
+fn removed(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let ids = some(u, decoder)?;
+    let mut payload = Vec::new();
+    put(&mut payload, &[ids.len() as u32]);
+    put(&mut payload, &ids);
+    Ok(payload)
+}
+
+fn transforms(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let ids = some(u, decoder)?;
+    let mut payload = Vec::new();
+    put(&mut payload, &[ids.len() as u32, 0]);
+    for id in ids {
+        put(&mut payload, &[id]);
+        for _ in 0..12 {
+            let value = f32::from(u.arbitrary::<i8>()?);
+            payload.extend(value.to_le_bytes());
+        }
+    }
+    Ok(payload)
+}
+
+fn commit(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let (frame, tick) = decoder.last_frame().unwrap_or((0, 0));
+    let mut payload = Vec::new();
+    payload.extend((tick + u64::from(u.arbitrary::<u8>()? & 3)).to_le_bytes());
+    let frame = frame.saturating_add(if u.ratio(1, 30)? { 0 } else { 1 });
+    // A digest that holds only where the frame changes nothing.
+    let digest = u.ratio(1, 8)?;
+    put(&mut payload, &[frame, digest.into()]);
+    if digest {
+        payload.extend(decoder.state_digest().to_le_bytes());
+    }
+    Ok(payload)
+}
+
+fn points(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let ids = some(u, decoder)?;
+    let last = decoder.last_frame();
+    let keyframe = last.is_none() || u.ratio(1, 2)?;
+    let base = if keyframe {
+        0
+    } else {
+        last.map_or(0, |(frame, _)| frame)
+    };
+    let (mut table, mut sections) = (Vec::new(), Vec::new());
+    put(&mut table, &[ids.len() as u32, keyframe.into(), base, 0]);
+    for live in decoder
+        .tracks()
+        .iter()
+        .filter(|live| ids.contains(&live.track.id))
+    {
+        let grid = *live.track.grid();
+        let first = (live.first_bucket as usize, live.first_cell as usize);
+        let old = |index: u32| match keyframe {
+            true => Cell::FREE,
+            false => decoder.points().cells()[first.1 + index as usize],
+        };
+        let old_bucket = |index: u32| match keyframe {
+            true => Bucket::EMPTY,
+            false => decoder.points().buckets()[first.0 + index as usize],
+        };
+        let (buckets, cells) = content(u, &grid, old, old_bucket)?;
+        put(
+            &mut table,
+            &[live.track.id, buckets.len() as u32, cells.len() as u32],
+        );
+        gaps(&mut sections, buckets.keys());
+        buckets
+            .values()
+            .for_each(|entries| put(&mut sections, entries));
+        gaps(&mut sections, cells.keys());
+        cells
+            .values()
+            .for_each(|cell| put(&mut sections, &[cell.key]));
+        let size = grid.widths.bits() as usize / 8;
+        let points = cells.values().flat_map(|cell| cell.points);
+        sections.extend(points.flat_map(|point| point.to_le_bytes().into_iter().take(size)));
+        sections.resize(sections.len().next_multiple_of(4), 0);
+    }
+    table.extend(sections);
+    Ok(table)
+}
+
+type Content = (BTreeMap<u32, [u32; 8]>, BTreeMap<u32, Cell>);
+
+/// Changes of a few cells, and of every bucket that they concern.
+fn content(
+    u: &mut Unstructured<'_>,
+    grid: &Grid,
+    old: impl Fn(u32) -> Cell,
+    old_bucket: impl Fn(u32) -> Bucket,
+) -> Result<Content> {
+    let mut cells = BTreeMap::new();
+    for _ in 0..u.int_in_range(0..=5)? {
+        let index = u.int_in_range(0..=grid.cell_capacity - 1)?;
+        cells.insert(index, cell(u, grid.volume() as u32, grid.widths)?);
+    }
+    let keys = cells
+        .iter()
+        .flat_map(|(&index, cell)| [cell.key, old(index).key]);
+    let homes: BTreeSet<u32> = keys
+        .filter(|&key| key != EMPTY)
+        .map(|key| grid.bucket_of_key(key))
+        .collect();
+    let mut buckets = BTreeMap::new();
+    for home in homes {
+        let kept = old_bucket(home)
+            .0
+            .into_iter()
+            .filter(|e| *e != EMPTY && !cells.contains_key(e));
+        let new = cells
+            .iter()
+            .filter(|(_, cell)| cell.key != EMPTY && grid.bucket_of_key(cell.key) == home);
+        let mut entries = [EMPTY; 8];
+        for (entry, index) in entries
+            .iter_mut()
+            .zip(kept.chain(new.map(|(&index, _)| index)))
+        {
+            *entry = index;
+        }
+        buckets.insert(home, entries);
+    }
+    Ok((buckets, cells))
+}
+
+fn cell(u: &mut Unstructured<'_>, volume: u32, widths: PointWidths) -> Result<Cell> {
+    if u.ratio(1, 5)? {
+        return Ok(Cell::FREE);
+    }
+    let there = 1u32 << (widths.bits() - 1);
+    let mut points = [0; CELL_POINTS];
+    let used = u.int_in_range(0..=CELL_POINTS)?;
+    for point in &mut points[..used] {
+        *point = there | u.arbitrary::<u32>()? & (there - 1);
+    }
+    Ok(Cell {
+        key: u.int_in_range(0..=volume - 1)?,
+        points,
+    })
+}
+
+/// Ascending indices as gaps.
+fn gaps<'a>(out: &mut Vec<u8>, indices: impl Iterator<Item = &'a u32>) {
+    let mut next = 0;
+    for &index in indices {
+        put(out, &[index - next]);
+        next = index + 1;
+    }
+}

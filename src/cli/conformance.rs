@@ -1,0 +1,237 @@
+//! `dapple conformance`: holds a decoder against the conformance vectors.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::ValueEnum;
+use dapple_conformance::clauses::{self, Clause};
+use dapple_conformance::program::{Batch, Foreign, OneShot};
+use dapple_conformance::protocol::{Own, Program};
+use dapple_conformance::run::{self, Options, Report};
+use dapple_conformance::vector::{self, Vector};
+use dapple_conformance::{dump, report};
+use glam::Vec3;
+
+use super::progress::Progress;
+use super::{output, tell};
+use crate::codec::{Decoder, LiveTrack};
+use crate::points::sample::{self, Fallback};
+use crate::{Error, Result};
+
+/// Hold a decoder against the conformance vectors: exit code 0 if all pass, 1 if any fails.
+///
+/// Without --decoder, the decoder and sampler of this program are held against them.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Command line of a decoder that speaks the protocol of conformance/README.md; run by the
+    /// shell.
+    #[arg(long, value_name = "CMD")]
+    decoder: Option<String>,
+    /// Start the decoder once, with --batch, and send it all requests.
+    #[arg(long, requires = "decoder")]
+    batch: bool,
+    /// What to hold it to; all if not given. May be given several times; full takes core with it.
+    #[arg(long, value_name = "LEVEL")]
+    level: Vec<Level>,
+    /// Single-bit flips of valid vectors up to 4 KiB.
+    #[arg(long, value_name = "FLIPS", default_value = "none")]
+    flips: Flips,
+    /// Folder of the vectors; the one in the source tree that this program was built from if not
+    /// given.
+    #[arg(long, value_name = "DIR")]
+    vectors: Option<PathBuf>,
+    /// Only vectors with this text in their path.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    filter: String,
+    /// File with vectors that may fail: a path and a reason a line. One that passes is an error.
+    #[arg(long, value_name = "FILE")]
+    skip: Option<PathBuf>,
+    /// Seconds that the decoder has for a request.
+    #[arg(long, value_name = "S", default_value = "10", requires = "decoder",
+        value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    timeout: u32,
+    /// Address space that the decoder may take, in MiB; 0 for no limit. Needs a POSIX shell.
+    #[arg(long, value_name = "MIB", default_value = "4096", requires = "decoder",
+        value_parser = clap::value_parser!(u32).range(0..=16_777_216))]
+    memory: u32,
+    /// Write a report as JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write a report as JUnit XML to this file.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write a report as a web page, with the coverage of each clause, to this file.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+}
+
+/// What a decoder is held to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Level {
+    /// Accepts or refuses, with the right dump.
+    Core,
+    /// Layer, id and offset of each fault, too.
+    Full,
+    /// Losses and faults within a session.
+    Sessions,
+    /// Limits.
+    Limits,
+    /// Sampling.
+    Queries,
+}
+
+/// Which bits are flipped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Flips {
+    None,
+    /// One in 29.
+    Sample,
+    All,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Io` where a report cannot be written. What is wrong with the arguments is told here, with exit
+/// code 2.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    match held(args) {
+        Ok(report) => {
+            write_reports(args, &report)?;
+            output::print(&report::text(&report))?;
+            Ok(ExitCode::from(u8::from(!report.passed())))
+        }
+        Err(sentence) => {
+            tell(&Error::Invalid(sentence));
+            Ok(ExitCode::from(2))
+        }
+    }
+}
+
+fn held(args: &Args) -> std::result::Result<Report, String> {
+    let vectors = vectors(args)?;
+    let skips = match &args.skip {
+        None => Default::default(),
+        Some(path) => {
+            let text = std::fs::read_to_string(path);
+            run::skips(&text.map_err(|e| format!("{}: {e}", path.display()))?)?
+        }
+    };
+    let options = Options {
+        levels: match args.level.as_slice() {
+            [] => run::Level::ALL.to_vec(),
+            levels => levels.iter().map(|&level| level.into()).collect(),
+        },
+        flips: args.flips.into(),
+        many: args.batch || args.decoder.is_none(),
+        compare: args.decoder.is_some(),
+        skips,
+        filter: args.filter.clone(),
+    };
+    let name = args.decoder.as_deref().unwrap_or("dapple");
+    let bar = Progress::new("holding against vectors", vectors.len() as u64);
+    run::run(
+        name,
+        program(args).as_mut(),
+        &vectors,
+        &options,
+        &mut |done| {
+            bar.at(done as u64);
+        },
+    )
+}
+
+fn program(args: &Args) -> Box<dyn Program> {
+    let Some(command) = &args.decoder else {
+        return Box::new(Own {
+            sampler: Some(ambient_occlusion),
+        });
+    };
+    let foreign = Foreign {
+        command: command.clone(),
+        timeout: Duration::from_secs(u64::from(args.timeout)),
+        memory_mib: u64::from(args.memory),
+    };
+    match args.batch {
+        true => Box::new(Batch::new(foreign)),
+        false => Box::new(OneShot(foreign)),
+    }
+}
+
+/// The vectors are files in the source tree and no part of this program: who tests a decoder wants
+/// to open them, and a program that carries a thousand files would need a build step of its own.
+fn vectors(args: &Args) -> std::result::Result<Vec<Vector>, String> {
+    match &args.vectors {
+        Some(folder) => vector::load(folder),
+        None => vector::load(&vector::folder()).map_err(|e| {
+            format!("{e}; --vectors names the folder conformance/vectors of a source tree")
+        }),
+    }
+}
+
+/// AO by Eq. 4 alone, at a grid-space position and normal.
+fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 3]) -> f32 {
+    let grid = live.track.grid();
+    let first = live.first_cell as usize;
+    let cells = decoder.points().cells().get(first..).unwrap_or(&[]);
+    let cells = &cells[..cells.len().min(grid.cell_capacity as usize)];
+    let buckets = dump::track_buckets(decoder, live);
+    let (x, n) = (Vec3::from(x), Vec3::from(n));
+    sample::sample(grid, buckets, cells, x, n, Fallback::One).ao
+}
+
+fn write_reports(args: &Args, report: &Report) -> Result<()> {
+    if let Some(path) = &args.json {
+        write(path, &report::json(report))?;
+    }
+    if let Some(path) = &args.junit {
+        write(path, &report::junit(report))?;
+    }
+    if let Some(path) = &args.html {
+        write(path, &report::html(report, &clauses(args)))?;
+    }
+    Ok(())
+}
+
+/// The clauses of the specification beside the vectors; none where it is not there.
+fn clauses(args: &Args) -> Vec<Clause> {
+    let beside = args
+        .vectors
+        .as_ref()
+        .map(|vectors| vectors.join("../../spec"));
+    let folder = beside.filter(|folder| folder.is_dir());
+    let chapters = clauses::chapters(&folder.unwrap_or_else(clauses::folder));
+    chapters
+        .and_then(|chapters| clauses::read(&chapters))
+        .unwrap_or_default()
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    std::fs::write(path, text).map_err(|source| Error::Io {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+impl From<Level> for run::Level {
+    fn from(level: Level) -> run::Level {
+        match level {
+            Level::Core => run::Level::Core,
+            Level::Full => run::Level::Full,
+            Level::Sessions => run::Level::Sessions,
+            Level::Limits => run::Level::Limits,
+            Level::Queries => run::Level::Queries,
+        }
+    }
+}
+
+impl From<Flips> for run::Flips {
+    fn from(flips: Flips) -> run::Flips {
+        match flips {
+            Flips::None => run::Flips::None,
+            Flips::Sample => run::Flips::Sample,
+            Flips::All => run::Flips::All,
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The report of `dapple inspect` as text.
+
+use super::{Report, TrackReport, ratio};
+use crate::cli::output;
+use crate::cli::records::RecordTotal;
+use crate::codec::container::{HEADER_BYTES, PREAMBLE_BYTES};
+
+/// Tracks that the text report lists; `--json` lists all.
+const LISTED_TRACKS: usize = 20;
+
+impl Report {
+    /// All of the report.
+    pub fn to_text(&self) -> String {
+        let mut text = self.first_line();
+        for part in [
+            self.record_table(),
+            self.frame_table(),
+            self.frames.to_text(),
+            self.track_table(),
+        ] {
+            if !part.is_empty() {
+                text.push('\n');
+                text += &part;
+            }
+        }
+        text
+    }
+
+    fn first_line(&self) -> String {
+        let mut text = format!("{}, {} bytes", self.file, self.bytes);
+        if let Some(version) = self.container_version {
+            text += &format!(", container version {version}");
+        }
+        if let Some([ticks, seconds]) = self.tick_rate {
+            let hz = f64::from(ticks) / f64::from(seconds);
+            let rounded = format!("{hz:.6}");
+            text += ", ";
+            text += rounded.trim_end_matches('0').trim_end_matches('.');
+            text += " ticks a second";
+        }
+        text += match (&self.fault, self.ended) {
+            (Some(_), _) => ", damaged",
+            (None, true) => "",
+            (None, false) => ", no end record (live)",
+        };
+        text.push('\n');
+        text
+    }
+
+    /// Payload bytes by type of record.
+    fn record_table(&self) -> String {
+        let mut total = RecordTotal::default();
+        for report in &self.records {
+            total = total.plus(&report.total);
+        }
+        let framing = total.records * HEADER_BYTES as u64 + PREAMBLE_BYTES as u64;
+        let all = framing + total.stored_bytes;
+        let row = |name: &str, t: &RecordTotal| {
+            vec![
+                name.to_string(),
+                t.records.to_string(),
+                t.stored_bytes.to_string(),
+                share(t.stored_bytes, all),
+                t.unpacked_bytes.to_string(),
+                ratio(t).map_or(String::new(), |r| format!("{r:.2}")),
+            ]
+        };
+        let names = ["records", "count", "stored", "share", "unpacked", "ratio"];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        for report in &self.records {
+            let name = match report.name {
+                "unknown" => format!("type {}", report.number),
+                name => name.to_string(),
+            };
+            rows.push(row(&name, &report.total));
+        }
+        rows.push(row("all payloads", &total));
+        rows.push(vec![
+            "headers".to_string(),
+            String::new(),
+            framing.to_string(),
+            share(framing, all),
+        ]);
+        output::columns(&rows)
+    }
+
+    /// Bytes by kind of frame, headers included.
+    fn frame_table(&self) -> String {
+        let frames = &self.frames;
+        let (keyframes, plain) = frames.later();
+        let kinds = [
+            ("start-up", frames.frames.min(1), frames.bytes_startup),
+            ("later keyframes", keyframes, frames.bytes_keyframes),
+            ("other frames", plain, frames.bytes_steady),
+            ("after the last", 0, self.bytes_after),
+        ];
+        let all = kinds.iter().map(|(_, _, bytes)| bytes).sum();
+        let row = |name: &str, count: u64, bytes: u64| {
+            vec![
+                name.to_string(),
+                count.to_string(),
+                bytes.to_string(),
+                share(bytes, all),
+                bytes
+                    .checked_div(count)
+                    .map_or(String::new(), |mean| mean.to_string()),
+            ]
+        };
+        let names = ["frames", "count", "bytes", "share", "mean"];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        rows.extend(kinds.map(|(name, count, bytes)| row(name, count, bytes)));
+        let mut text = output::columns(&rows);
+        text += &format!(
+            "{} frames, {} of them keyframes",
+            frames.frames, frames.keyframes
+        );
+        let mut rates = Vec::new();
+        if let Some(rate) = self.mbps_steady {
+            rates.push(format!("{rate:.3} Mbit/s without keyframes"));
+        }
+        if let Some(rate) = self.mbps_with_keyframes {
+            rates.push(format!("{rate:.3} Mbit/s with them"));
+        }
+        if !rates.is_empty() {
+            text += &format!("; after the first frame {}", rates.join(", "));
+        }
+        text.push('\n');
+        text
+    }
+
+    fn track_table(&self) -> String {
+        let names = [
+            "track",
+            "space",
+            "grid",
+            "radius (m)",
+            "bits",
+            "buckets",
+            "cells",
+            "points",
+        ];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        for t in self.tracks.iter().take(LISTED_TRACKS) {
+            let [dx, dy, dz] = t.dims;
+            let path: String = t.path.chars().filter(|c| !c.is_control()).collect();
+            rows.push(vec![
+                format!("{} {path}", t.id),
+                t.space.to_string(),
+                format!("{dx}x{dy}x{dz}"),
+                format!("{:.4}", t.radius),
+                t.point_bits.to_string(),
+                t.buckets.to_string(),
+                t.cells.to_string(),
+                t.points.to_string(),
+            ]);
+        }
+        let sum = |f: fn(&TrackReport) -> u64| self.tracks.iter().map(f).sum::<u64>().to_string();
+        rows.push(vec![
+            format!("{} in all", self.tracks.len()),
+            String::new(),
+            String::new(),
+            String::new(),
+            String::new(),
+            sum(|t| u64::from(t.buckets)),
+            sum(|t| t.cells),
+            sum(|t| t.points),
+        ]);
+        let mut text = output::columns(&rows);
+        if self.tracks.len() > LISTED_TRACKS {
+            let more = self.tracks.len() - LISTED_TRACKS;
+            text += &format!("{more} tracks more: --json lists them all\n");
+        }
+        if self.tracks_removed > 0 {
+            text += &format!(
+                "{} tracks were declared, {} of them removed again\n",
+                self.tracks_declared, self.tracks_removed
+            );
+        }
+        text
+    }
+}
+
+/// A part of a whole in per cent.
+fn share(part: u64, whole: u64) -> String {
+    format!("{:.1} %", 100.0 * part as f64 / whole.max(1) as f64)
+}
