@@ -2,13 +2,14 @@
 //! expects by hand; what our decoder makes of it is only checked against that.
 
 mod container;
-mod frames;
+pub mod frames;
 mod limits;
 mod packing;
 mod plan;
 mod points;
 mod queries;
 mod records;
+pub mod sampling;
 mod sessions;
 mod tracks;
 
@@ -28,7 +29,7 @@ pub fn all() -> Result<Vec<Vector>, String> {
     points::add(&mut drafts);
     limits::add(&mut drafts);
     sessions::add(&mut drafts);
-    queries::add(&mut drafts);
+    queries::add(&mut drafts)?;
     let (mut vectors, mut wrong) = (Vec::new(), Vec::new());
     for draft in drafts {
         match draft.finish() {

@@ -256,6 +256,7 @@ fn draft(
 ) {
     let name = format!("order-{name}");
     let comment = format!("{comment}.");
+    let clauses = &[clauses, &["C-112"]].concat();
     drafts.push(Draft::invalid(
         AREA,
         (id, &name),
@@ -478,7 +479,7 @@ fn unpacking(drafts: &mut Vec<Draft>) {
             AREA,
             (4009, &name),
             offset,
-            &["P-014", error],
+            &["P-014", error, "C-112"],
             "The bytes of the frame are checked before the record is unpacked.",
             frames.ended(),
         );

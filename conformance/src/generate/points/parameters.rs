@@ -166,7 +166,7 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         2010,
         "before-dims",
         "The AABB is checked before the dims",
-        &["C-073", "P-001"],
+        &["C-073", "P-001", "C-112"],
         |e| {
             e.aabb[0] = 9.0;
             e.dims[0] = 0;
@@ -176,7 +176,7 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         2014,
         "before-radius",
         "The dims are checked before the radius",
-        &["P-001", "P-002"],
+        &["P-001", "P-002", "C-112"],
         |e| {
             e.dims[0] = 0;
             e.radius = 0.0;
@@ -186,7 +186,7 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         2015,
         "before-widths",
         "The radius is checked before the widths",
-        &["P-002", "P-003"],
+        &["P-002", "P-003", "C-112"],
         |e| {
             e.radius = 0.0;
             e.widths[0] = 0;
@@ -196,7 +196,7 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         2016,
         "before-capacity",
         "The widths are checked before bucket_count",
-        &["P-003", "P-004"],
+        &["P-003", "P-004", "C-112"],
         |e| {
             e.widths[0] = 0;
             e.buckets = 0;
@@ -206,7 +206,7 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         2009,
         "before-dims",
         "An f32 that is not finite is found before dims of 0",
-        &["C-042", "P-001"],
+        &["C-042", "P-001", "C-112"],
         |e| {
             e.radius = f32::NAN;
             e.dims[0] = 0;

@@ -29,7 +29,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
         .delta(&[change(0, 50), change(1, 60), change(2, 70)]);
     case(
         "tracks-in-one-record",
-        &["P-017", "P-013"],
+        &["P-008", "P-017", "P-013"],
         comment,
         two.commit(),
     );

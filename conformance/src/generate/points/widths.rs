@@ -66,7 +66,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
         drafts.push(Draft::valid(
             AREA,
             &name,
-            &["P-003", "P-031"],
+            &["P-003", "P-007", "P-031"],
             &comment,
             frames.ended(),
         ));
@@ -111,7 +111,7 @@ fn counts(drafts: &mut Vec<Draft>, bits: u32, widths: [u8; 3]) {
     drafts.push(Draft::valid(
         AREA,
         &name,
-        &["P-010", "P-011"],
+        &["P-008", "P-010", "P-011"],
         comment,
         frames.ended(),
     ));

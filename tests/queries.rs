@@ -1,0 +1,137 @@
+//! The samplers of the client against the query vectors: `points/sample.rs` on the CPU and, where
+//! there is an adapter, `points/sample.wgsl`; both as Eq. 4 has it, without filling gaps.
+
+use dapple::codec::points::{Bucket, Cell};
+use dapple::codec::{Decoder, Event, Limits};
+use dapple::points::client::{PointsState, PointsTrack};
+use dapple::points::sample::{Fallback, sample};
+use dapple::render::gbuffer::{Fragment, GBuffer};
+use dapple::render::gpu::Gpu;
+use dapple::render::points::PointsPass;
+use dapple_conformance::protocol::POSITION_UNIT;
+use dapple_conformance::vector::{self, Kind, Query, Vector};
+use glam::{DVec3, Vec3};
+
+fn vectors() -> Vec<Vector> {
+    let mut vectors = vector::load(&vector::folder()).expect("the vectors");
+    vectors.retain(|vector| vector.kind == Kind::Queries);
+    assert!(vectors.len() >= 12, "{} vectors", vectors.len());
+    vectors
+}
+
+/// What a stream leaves.
+struct Decoded {
+    ids: Vec<u32>,
+    tracks: Vec<PointsTrack>,
+    buckets: Vec<Bucket>,
+    cells: Vec<Cell>,
+}
+
+fn decoded(vector: &Vector) -> Decoded {
+    let mut decoder = Decoder::new(Limits::default());
+    let mut input = &vector.bytes[..];
+    loop {
+        let (used, event) = decoder.push(input).expect("a valid stream");
+        input = &input[used..];
+        match event {
+            Event::End => break,
+            Event::NeedInput => panic!("{}: cut off", vector.path()),
+            _ => {}
+        }
+    }
+    let live = decoder.tracks();
+    let track = |live: &dapple::codec::LiveTrack| PointsTrack {
+        grid: *live.track.grid(),
+        first_bucket: live.first_bucket,
+        first_cell: live.first_cell,
+    };
+    Decoded {
+        ids: live.iter().map(|live| live.track.id).collect(),
+        tracks: live.iter().map(track).collect(),
+        buckets: decoder.points().buckets().to_vec(),
+        cells: decoder.points().cells().to_vec(),
+    }
+}
+
+impl Decoded {
+    /// Index of a query's track.
+    fn track(&self, query: &Query) -> usize {
+        let index = self.ids.iter().position(|id| *id == query.track);
+        index.expect("a live track")
+    }
+}
+
+/// Grid-space position and unit normal.
+fn place(query: &Query) -> (Vec3, Vec3) {
+    let position = Vec3::from(query.position.map(|v| v as f32)) * POSITION_UNIT;
+    let normal = DVec3::from(query.normal.map(f64::from)).normalize();
+    (position, normal.as_vec3())
+}
+
+fn check(vector: &Vector, results: &[f32]) {
+    assert_eq!(results.len(), vector.info.queries.len());
+    for (query, ao) in vector.info.queries.iter().zip(results) {
+        let steps = f64::from(*ao) * 65536.0;
+        let [low, high] = query.ao.map(f64::from);
+        let path = vector.path();
+        assert!((low..=high).contains(&steps), "{path}: {steps} for {query:?}");
+    }
+}
+
+#[test]
+fn on_the_cpu() {
+    for vector in vectors() {
+        let decoded = decoded(&vector);
+        let ao = |query: &Query| {
+            let track = decoded.tracks[decoded.track(query)];
+            let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+            let buckets = &decoded.buckets[range(track.first_bucket, track.grid.bucket_count)];
+            let cells = &decoded.cells[range(track.first_cell, track.grid.cell_capacity)];
+            let (x, n) = place(query);
+            sample(&track.grid, buckets, cells, x, n, Fallback::One).ao
+        };
+        let results: Vec<f32> = vector.info.queries.iter().map(ao).collect();
+        check(&vector, &results);
+    }
+}
+
+/// Every query is a pixel of a picture one high; the grids of the vectors are in mesh space.
+#[test]
+fn on_a_device() {
+    let gpu = match Gpu::new() {
+        Ok(gpu) => gpu,
+        Err(e) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {e}"),
+        Err(e) => {
+            eprintln!("skipped: {e}");
+            return;
+        }
+    };
+    let mut pass = PointsPass::new(&gpu).expect("the pass");
+    for vector in vectors() {
+        let decoded = decoded(&vector);
+        let instances: Vec<_> = (0..decoded.tracks.len() as u32).map(Some).collect();
+        let fragment = |query: &Query| {
+            let (lookup_position, lookup_normal) = place(query);
+            Fragment {
+                instance: decoded.track(query) as u32,
+                lookup_position,
+                lookup_normal,
+                ..Fragment::SKY
+            }
+        };
+        let picture = GBuffer {
+            width: vector.info.queries.len() as u32,
+            height: 1,
+            fragments: vector.info.queries.iter().map(fragment).collect(),
+        };
+        let state = PointsState {
+            tracks: &decoded.tracks,
+            buckets: &decoded.buckets,
+            cells: &decoded.cells,
+            track_of_instance: &instances,
+            dirty: None,
+        };
+        let ao = pass.ao(&gpu, &picture, &state, Fallback::One);
+        check(&vector, &ao.expect("the pass runs").ao);
+    }
+}
