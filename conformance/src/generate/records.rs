@@ -4,6 +4,8 @@ mod commits;
 mod removals;
 mod transforms;
 
+use std::slice;
+
 use crate::forge::{
     Entry, commit, group, kind, points, removal, set_word, tracks, transforms, words,
 };
@@ -17,6 +19,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
     group_order(drafts);
     groups(drafts);
     removals::removals(drafts);
+    removals::come_and_go(drafts);
     removals::removal_faults(drafts);
     transforms::transform_faults(drafts);
     transforms::transform_values(drafts);
@@ -307,9 +310,9 @@ fn groups(drafts: &mut Vec<Draft>) {
                 (kind::STREAM, words(&[60, 1])),
                 (kind::TRACK, tracks(&[Entry::new(1)])),
                 (kind::GROUP, group(0, 0, 0)),
-                (kind::POINTS, points(None, &[part.clone()])),
-                (kind::TRACK, tracks(&[second.clone()])),
-                (kind::POINTS, points(None, &[other.clone()])),
+                (kind::POINTS, points(None, slice::from_ref(&part))),
+                (kind::TRACK, tracks(slice::from_ref(&second))),
+                (kind::POINTS, points(None, slice::from_ref(&other))),
                 (kind::COMMIT, commit(0, 0, None)),
                 (kind::TRACK, tracks(&[Entry::new(3)])),
                 (kind::GROUP, group(1, 0, 0)),

@@ -101,6 +101,51 @@ pub fn removals(drafts: &mut Vec<Draft>) {
     ]);
 }
 
+/// Tracks of many sizes come and go, each with content in its last cell: what a decoder keeps in the
+/// room of a removed track must not show.
+pub fn come_and_go(drafts: &mut Vec<Draft>) {
+    let track = |id, buckets, capacity| Entry {
+        buckets,
+        capacity,
+        ..Entry::new(id)
+    };
+    // What ends, and then what comes, frame by frame.
+    let frames = [
+        (
+            &[][..],
+            vec![track(1, 2, 3), track(2, 3, 2), track(3, 1, 5)],
+        ),
+        (
+            &[1, 3][..],
+            vec![track(4, 1, 1), track(5, 1, 2), track(6, 4, 6)],
+        ),
+        (&[2, 5][..], vec![track(7, 3, 3), track(8, 2, 8)]),
+        (&[4, 6, 7, 8][..], vec![track(9, 6, 12)]),
+    ];
+    let mut plan = Plan::of([
+        (kind::STREAM, words(&[60, 1])),
+        (kind::GROUP, group(0, 0, 0)),
+    ]);
+    for ((ended, new), frame) in frames.into_iter().zip(0..) {
+        let parts: Vec<_> = new
+            .iter()
+            .map(|entry| cell(entry, entry.capacity - 1, entry.id, 10 * entry.id))
+            .collect();
+        plan = plan
+            .then(kind::TRACK_REMOVE, removal(ended))
+            .then(kind::COMMIT, commit(0, 2 * frame, None))
+            .then(kind::TRACK, tracks(&new))
+            .then(kind::POINTS, points(None, &parts))
+            .then(kind::COMMIT, commit(0, 2 * frame + 1, None));
+    }
+    drafts.push(valid(
+        "remove-and-declare-many-sizes",
+        &["C-079", "C-081"],
+        "Tracks of many sizes come and go, and each shows its own content.",
+        &plan,
+    ));
+}
+
 pub fn removal_faults(drafts: &mut Vec<Draft>) {
     let of = |ids: &[u32]| {
         let mut plan = Plan::usual();

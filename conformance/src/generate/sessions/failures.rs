@@ -10,6 +10,11 @@ use crate::forge::{
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{Plan, cell, digest, moved, two_tracks};
 
+/// Name, sentence, layer and number of the error, and the records of the frame.
+type FailedFrame = (&'static str, &'static str, &'static str, Vec<Record>);
+/// Type and payload.
+type Record = (u16, Vec<u8>);
+
 /// A frame that fails at its end, or within: the state is that of the frame before, bit for bit,
 /// as the digest of the next group shows, and its delta.
 pub(super) fn failed_frames(all: &mut Vec<Case>) {
@@ -22,7 +27,7 @@ pub(super) fn failed_frames(all: &mut Vec<Case>) {
     let keyframes = || points(None, &[cell(&first, 0, 9, 1), cell(&second, 3, 2, 2)]);
     let wrong: Part = Part::of(&second).bucket(4, &[0]);
     let moves = || transforms(&[(1, moved(-1.0)), (2, moved(-2.0))]);
-    let frames: [(&str, &str, &str, Vec<(u16, Vec<u8>)>); 8] = [
+    let frames: [FailedFrame; 8] = [
         (
             "delta",
             "A frame of a delta and transforms has a wrong digest.",

@@ -240,7 +240,7 @@ pub fn redeclared(drafts: &mut Vec<Draft>) {
             &next(
                 one()
                     .then(kind::TRACK, tracks(&[Entry::new(9)]))
-                    .then(kind::TRACK, tracks(&[second.clone()])),
+                    .then(kind::TRACK, tracks(std::slice::from_ref(&second))),
             ),
         ),
         valid(

@@ -5,6 +5,8 @@ use crate::forge::{Entry, kind, tracks};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, payload, refused, two_tracks};
 
+type Change = fn(&mut Entry);
+
 /// Two faults in an entry, or in two entries.
 pub fn order(drafts: &mut Vec<Draft>) {
     let mut two = |id, name: &str, comment, change: fn(&mut Entry)| {
@@ -206,7 +208,7 @@ pub fn ids(drafts: &mut Vec<Draft>) {
         ),
     ]);
     // Every field of a live track, declared again with another value.
-    let change: [(&str, fn(&mut Entry)); 18] = [
+    let change: [(&str, Change); 18] = [
         ("space", |e| e.space = 0),
         ("hash-flag", |e| (e.has_hash, e.hash) = (0, 0)),
         ("hash", |e| e.hash ^= 1 << 63),
