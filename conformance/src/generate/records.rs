@@ -357,7 +357,7 @@ fn empty_counts(drafts: &mut Vec<Draft>) {
     let open = one().then(kind::TRANSFORMS, transforms(&[]));
     drafts.push(refused(
         (4006, "empty-transforms-open-a-frame"),
-        &["C-046", "C-044"],
+        &["C-061", "C-046", "C-044"],
         at::DELTA + 1,
         "A transforms record without entries opens a frame, in which no group may start.",
         open.then(kind::GROUP, group(1, 0, 0))
@@ -366,7 +366,7 @@ fn empty_counts(drafts: &mut Vec<Draft>) {
     let open = one().then(kind::POINTS, points(None, &[]));
     drafts.push(refused(
         (4006, "empty-points-open-a-frame"),
-        &["C-046", "C-044"],
+        &["C-061", "C-046", "C-044"],
         at::DELTA + 1,
         "A points record without tracks opens a frame, in which no group may start.",
         open.then(kind::GROUP, group(1, 0, 0))
