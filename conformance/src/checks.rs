@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
-use crate::run::{Flips, Level, Options};
+use crate::run::{Level, Options};
 use crate::vector::{Fault, Kind, Query, Vector, sha256};
 
 /// A check that failed.
@@ -44,9 +44,6 @@ const KEPT: usize = 4;
 
 /// Vectors up to this size have every prefix tried, and their bits flipped.
 const SMALL: usize = 4096;
-
-/// Of so many bits one is flipped by [`Flips::Sample`]; odd, so that all bits of a byte have a turn.
-const SAMPLE: usize = 29;
 
 /// The error of bytes after the end: the one fault that a complete stream can be a prefix of.
 const TRAILING: u16 = 1020;
@@ -160,8 +157,11 @@ impl Checks<'_> {
     fn prefixes(&mut self, whole: &Answer) -> Result<(), Stop> {
         let vector = self.vector;
         let length = vector.bytes.len();
-        let lengths: Vec<usize> = if self.options.many && length <= SMALL {
-            (0..length).collect()
+        let Some(step) = self.options.prefixes.step() else {
+            return Ok(());
+        };
+        let lengths: Vec<usize> = if self.options.partial && length <= SMALL {
+            (0..length).step_by(step).collect()
         } else {
             let mut few = vec![0, 16, length / 3, length / 2, length.saturating_sub(1)];
             few.retain(|&few| few < length);
@@ -170,7 +170,7 @@ impl Checks<'_> {
             few
         };
         let mut arguments = self.arguments(Mode::Stream);
-        arguments.partial = self.options.many;
+        arguments.partial = self.options.partial;
         let fault = vector.info.error.as_ref();
         for length in lengths {
             let check = format!("prefix of {length} bytes");
@@ -211,10 +211,8 @@ impl Checks<'_> {
 
     /// A stream with one wrong bit is refused, or the bit means nothing.
     fn flips(&mut self, arguments: &Arguments, whole: &Answer) -> Result<(), Stop> {
-        let step = match self.options.flips {
-            Flips::None => return Ok(()),
-            Flips::Sample => SAMPLE,
-            Flips::All => 1,
+        let Some(step) = self.options.flips.step() else {
+            return Ok(());
         };
         let mut bytes = self.vector.bytes.clone();
         for bit in (0..bytes.len() * 8).step_by(step) {

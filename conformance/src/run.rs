@@ -43,16 +43,27 @@ impl Level {
     }
 }
 
-/// Which single-bit flips of valid vectors are tried.
+/// How many prefixes or single-bit flips of a vector are tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Flips {
+pub enum Extent {
     /// None.
     #[default]
     None,
-    /// One bit in 29.
+    /// One in 29: odd, so that all bits of a byte have a turn.
     Sample,
-    /// Every bit.
+    /// Every one.
     All,
+}
+
+impl Extent {
+    /// The step from one that is tried to the next.
+    pub fn step(self) -> Option<usize> {
+        match self {
+            Extent::None => None,
+            Extent::Sample => Some(29),
+            Extent::All => Some(1),
+        }
+    }
 }
 
 /// How a decoder is held against vectors.
@@ -60,10 +71,12 @@ pub enum Flips {
 pub struct Options {
     /// Levels; [`Level::Full`] takes [`Level::Core`] with it.
     pub levels: Vec<Level>,
-    /// Single-bit flips of valid vectors.
-    pub flips: Flips,
-    /// Asking is cheap, and the decoder knows `--partial`: every prefix is tried, not a few.
-    pub many: bool,
+    /// Proper prefixes of streams up to 4 KiB; of larger ones a few.
+    pub prefixes: Extent,
+    /// Single-bit flips of valid vectors up to 4 KiB.
+    pub flips: Extent,
+    /// The decoder knows `--partial`. Where it does not, a few prefixes are tried.
+    pub partial: bool,
     /// Verdicts on prefixes and flips are held against those of our own decoder, which is of use
     /// for any other decoder.
     pub compare: bool,
@@ -77,8 +90,9 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             levels: Level::ALL.to_vec(),
-            flips: Flips::None,
-            many: true,
+            prefixes: Extent::All,
+            flips: Extent::None,
+            partial: true,
             compare: true,
             skips: BTreeMap::new(),
             filter: String::new(),

@@ -6,7 +6,7 @@ use std::time::Duration;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program, Status, split};
-use dapple_conformance::run::{Flips, Level, Options, Outcome, Report, Verdict, run, skips};
+use dapple_conformance::run::{Extent, Level, Options, Outcome, Report, Verdict, run, skips};
 use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, sha256};
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
@@ -108,10 +108,10 @@ fn foreign(command: String, seconds: f64, memory_mib: u64) -> Foreign {
     }
 }
 
-fn options(many: bool) -> Options {
+fn options(batch: bool) -> Options {
     Options {
-        flips: if many { Flips::All } else { Flips::None },
-        many,
+        flips: if batch { Extent::All } else { Extent::None },
+        partial: batch,
         ..Options::default()
     }
 }

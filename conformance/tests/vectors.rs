@@ -1,20 +1,37 @@
-//! Our decoder against every vector, in this process. What mutation and coverage runs use: nothing
-//! runs beneath it but `dapple-codec`, without a sampler.
+//! Our decoder against every vector, in this process, without a sampler. What mutation and coverage
+//! runs use: nothing runs beneath it but `dapple-codec`.
 
 use std::thread;
 
 use dapple_conformance::protocol::Own;
-use dapple_conformance::run::{Flips, Options, run};
+use dapple_conformance::run::{Extent, Options, run};
 use dapple_conformance::vector::{self, Vector};
 
 #[test]
 fn our_decoder_passes_every_vector() {
+    passes(Extent::None, Extent::None);
+}
+
+#[test]
+fn our_decoder_passes_their_prefixes_and_flips() {
+    passes(Extent::All, Extent::Sample);
+}
+
+fn passes(prefixes: Extent, flips: Extent) {
+    let options = Options {
+        prefixes,
+        flips,
+        compare: false,
+        ..Options::default()
+    };
     let vectors = vector::load(&vector::folder()).expect("vectors");
     let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
     let share = vectors.len().div_ceil(threads);
     let failed: String = thread::scope(|scope| {
         let parts = vectors.chunks(share);
-        let parts: Vec<_> = parts.map(|part| scope.spawn(|| failures(part))).collect();
+        let parts: Vec<_> = parts
+            .map(|part| scope.spawn(|| failures(part, &options)))
+            .collect();
         let parts = parts.into_iter();
         parts.map(|part| part.join().expect("no panic")).collect()
     });
@@ -22,13 +39,8 @@ fn our_decoder_passes_every_vector() {
 }
 
 /// The first failure of each vector that fails, a line each.
-fn failures(vectors: &[Vector]) -> String {
-    let options = Options {
-        flips: Flips::Sample,
-        compare: false,
-        ..Options::default()
-    };
-    let report = run("own", &mut Own::default(), vectors, &options, &mut |_| {});
+fn failures(vectors: &[Vector], options: &Options) -> String {
+    let report = run("own", &mut Own::default(), vectors, options, &mut |_| {});
     let mut failed = String::new();
     for outcome in report.expect("vectors to run").outcomes {
         if outcome.failed() {

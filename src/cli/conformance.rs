@@ -34,9 +34,12 @@ pub struct Args {
     /// What to hold it to; all if not given. May be given several times; full takes core with it.
     #[arg(long, value_name = "LEVEL")]
     level: Vec<Level>,
+    /// Proper prefixes of streams up to 4 KiB.
+    #[arg(long, value_name = "EXTENT", default_value = "all")]
+    prefixes: Extent,
     /// Single-bit flips of valid vectors up to 4 KiB.
-    #[arg(long, value_name = "FLIPS", default_value = "none")]
-    flips: Flips,
+    #[arg(long, value_name = "EXTENT", default_value = "none")]
+    flips: Extent,
     /// Folder of the vectors; the one in the source tree that this program was built from if not
     /// given.
     #[arg(long, value_name = "DIR")]
@@ -81,9 +84,9 @@ enum Level {
     Queries,
 }
 
-/// Which bits are flipped.
+/// How many are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Flips {
+enum Extent {
     None,
     /// One in 29.
     Sample,
@@ -123,8 +126,9 @@ fn held(args: &Args) -> std::result::Result<Report, String> {
             [] => run::Level::ALL.to_vec(),
             levels => levels.iter().map(|&level| level.into()).collect(),
         },
+        prefixes: args.prefixes.into(),
         flips: args.flips.into(),
-        many: args.batch || args.decoder.is_none(),
+        partial: args.batch || args.decoder.is_none(),
         compare: args.decoder.is_some(),
         skips,
         filter: args.filter.clone(),
@@ -226,12 +230,12 @@ impl From<Level> for run::Level {
     }
 }
 
-impl From<Flips> for run::Flips {
-    fn from(flips: Flips) -> run::Flips {
-        match flips {
-            Flips::None => run::Flips::None,
-            Flips::Sample => run::Flips::Sample,
-            Flips::All => run::Flips::All,
+impl From<Extent> for run::Extent {
+    fn from(extent: Extent) -> run::Extent {
+        match extent {
+            Extent::None => run::Extent::None,
+            Extent::Sample => run::Extent::Sample,
+            Extent::All => run::Extent::All,
         }
     }
 }
