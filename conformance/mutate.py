@@ -104,6 +104,8 @@ def main():
     tree = work / "tree"
     shutil.rmtree(tree, ignore_errors=True)
     shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns("target", ".git", "corpus", "fuzz"))
+    for file in files:  # newer than what a run that was stopped may have built
+        (tree / file).touch()
     results = work / "results.tsv"
     done = {line.split("\t")[0] for line in results.read_text().splitlines()} if results.exists() else set()
     if run(tree, work / "target") != "MISSED":

@@ -11,8 +11,8 @@ bin=$(find target -path '*/release/container' -type f -printf '%T@ %p\n' | sort 
 bin=$(dirname "$bin")
 [ $# -gt 0 ] || mapfile -t targets < <(cargo +nightly fuzz list --fuzz-dir .)
 [ $# -eq 0 ] || targets=("$@")
-if [ -z "${DAPPLE_DECODER:-}" ] && ! python3 -c 'import lz4.block, zstandard' 2>/dev/null; then
-    echo "differential is left out: it needs Python with zstandard and lz4" >&2
+if ! printf '' | ${DAPPLE_DECODER:-../conformance/decoders/python/run.sh} --batch; then
+    echo "differential is left out: its other decoder does not run" >&2
     for i in "${!targets[@]}"; do [ "${targets[$i]}" != differential ] || unset "targets[$i]"; done
 fi
 mkdir -p campaign
@@ -22,9 +22,10 @@ for target in "${targets[@]}"; do
     log=campaign/$target.log
     echo "=== start $(date +%s)" >>"$log"
     # Lines of libFuzzer get the seconds since the epoch before them, for the curve.
-    nice -n 19 "$bin/$target" "corpus/$target" -dict=dapple.dict -max_total_time="$seconds" \
+    TIMEFORMAT='=== cpu %U'
+    { time nice -n "${NICE:-19}" "$bin/$target" "corpus/$target" -dict=dapple.dict -max_total_time="$seconds" \
         -max_len=8192 -len_control=50 -timeout=20 -rss_limit_mb=2048 -print_final_stats=1 \
-        -artifact_prefix="artifacts/$target/" 2>&1 |
+        -artifact_prefix="artifacts/$target/"; } 2>&1 |
         while IFS= read -r line; do printf '%(%s)T %s\n' -1 "$line"; done >>"$log" || found=1
     python3 curve.py "$target"
 done

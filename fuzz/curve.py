@@ -18,11 +18,14 @@ class Target:
         self.name = name
         self.curve = []  # (seconds, executions, edges, features)
         self.seconds = self.executions = self.edges = self.findings = 0
+        self.cpu = 0.0  # seconds of a core
         self.last_new = 0
         start = runs = ran = 0
         for line in (HERE / "campaign" / f"{name}.log").read_text(errors="replace").splitlines():
             if line.startswith("=== start"):
                 start, runs, ran = int(line.split()[2]), self.executions, self.seconds
+            if " === cpu " in line:
+                self.cpu += float(line.split()[-1])
             if "SUMMARY: " in line:
                 self.findings += 1
             found = EVENT.match(line)
@@ -38,13 +41,13 @@ class Target:
             self.curve.append((self.seconds, self.executions, self.edges, int(features)))
 
     def row(self):
-        rate = self.executions / max(self.seconds, 1)
-        return (f"| `{self.name}` | {self.seconds / 60:.1f} | {self.executions:,} | {rate:,.0f} "
+        rate = self.executions / max(self.cpu, 1)
+        return (f"| `{self.name}` | {self.seconds / 60:.1f} | {self.cpu / 60:.1f} | {self.executions:,} | {rate:,.0f} "
                 f"| {self.edges:,} | {self.last_new / 60:.1f} | {self.findings} |")
 
 
-HEAD = ("| target | minutes | executions | a second | edges | last new edge at minute | findings |\n"
-        "| --- | --- | --- | --- | --- | --- | --- |")
+HEAD = ("| target | minutes | core minutes | executions | a core second | edges | last new edge at minute | findings |\n"
+        "| --- | --- | --- | --- | --- | --- | --- | --- |")
 
 
 def svg(targets):
@@ -75,8 +78,8 @@ def main():
     logs = sorted((HERE / "campaign").glob("*.log"))
     targets = [t for t in (Target(log.stem) for log in logs) if t.curve]
     print(HEAD, *(t.row() for t in targets), sep="\n")
-    total = sum(t.seconds for t in targets)
-    print(f"\n{total / 3600:.2f} hours, {sum(t.executions for t in targets):,} executions, "
+    total = sum(t.cpu for t in targets)
+    print(f"\n{total / 3600:.2f} hours of a core, {sum(t.executions for t in targets):,} executions, "
           f"{sum(t.findings for t in targets)} findings")
     rows = [f"{t.name},{s},{n},{e},{f}" for t in targets for s, n, e, f in t.curve]
     (HERE / "campaign" / "coverage.csv").write_text("\n".join(["target,seconds,executions,edges,features", *rows]) + "\n")

@@ -13,7 +13,7 @@ use dapple_fuzz::mend::{Mend, mend};
 use dapple_fuzz::{LIMITS, structured};
 use libfuzzer_sys::fuzz_target;
 
-const PYTHON: &str = "python3 ../conformance/decoders/python/decoder.py";
+const PYTHON: &str = "../conformance/decoders/python/run.sh";
 
 thread_local! {
     static OTHER: RefCell<Batch> = RefCell::new(Batch::new(Foreign {
