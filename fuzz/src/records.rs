@@ -99,7 +99,7 @@ fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
     let count = u.int_in_range(0..=3)?;
     put(&mut payload, &[count, 0]);
     let live = decoder.tracks();
-    let mut id = live.last().map_or(0, |live| live.track.id + 1);
+    let mut id = live.last().map_or(0, |live| live.track.id.wrapping_add(1));
     if !live.is_empty() && u.ratio(1, 4)? {
         id = live[u.choose_index(live.len())?].track.id;
     }
