@@ -206,6 +206,19 @@ fn control(all: &mut Vec<Case>) {
             format!("{FIRST}, error framing 1011 {}, error session 4011 {}",
                 s[at::DELTA] + HEADER, s[at::TRANSFORMS])),
     ]);
+    // An unknown critical record without a payload: what it is looked at again for is there at once.
+    let mut unknown = empty_frame();
+    unknown.put(0x11, &[]);
+    all.push(case(
+        "resume-over-an-empty-payload",
+        &["C-116", "C-121"],
+        "A record whose header is at fault has no payload: after the resume the decoder stands between two records.",
+        pushed(&unknown.bytes).resume().word("finish-live"),
+        format!(
+            "stream 60 1, group 0 keyframes, frame 0 0, error framing 1022 {}, resume yes, finished",
+            unknown.last()
+        ),
+    ));
     // The input ends everywhere, each time of a new stream.
     let places = [
         (0, "error framing 1019 0", "error framing 1019 0"),

@@ -150,6 +150,16 @@ fn sizes(drafts: &mut Vec<Draft>) {
             |p| p.truncate(SECOND + 4),
         ),
         entry(
+            (2001, "track-size-odd-without-padding"),
+            &["C-070"],
+            1,
+            "The last entry ends right after its path, at no multiple of four.",
+            |e| {
+                e.path.truncate(6);
+                e.padding = Some(Vec::new());
+            },
+        ),
+        entry(
             (2001, "track-padding-four"),
             &["C-070"],
             0,
