@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Lines of the decoder that the conformance vectors alone run, module by module, and each stretch
+that they do not. Needs cargo-llvm-cov.
+
+    conformance/coverage.py
+
+Functions of the encoder and those that only tell the caller something (mutate.OTHER, and what no
+decoding calls) are not counted."""
+
+import re
+import subprocess
+import tempfile
+
+from mutate import FILES, OTHER, ROOT
+
+# What callers ask, and what encoders and samplers compute: no decoding runs these.
+CALLERS = re.compile(r"^(tick_rate|tracks|points|position|buckets|cells|dirty_\w+|default|read_header|name|fmt|key|cell_of|hash|bucket|bucket_of_key|volume|check_finite|finish)$")
+
+
+def functions(text):
+    """(first line, name) of each function."""
+    return [(text.count("\n", 0, m.start()) + 1, m.group(1)) for m in re.finditer(r"\bfn (\w+)", text)]
+
+
+def main():
+    with tempfile.NamedTemporaryFile("r", suffix=".lcov") as report:
+        subprocess.run(
+            ["cargo", "llvm-cov", "-q", "-p", "dapple-conformance", "-p", "dapple-codec", "--test", "vectors", "--lcov", "--output-path", report.name],
+            cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+        lines, file = {}, ""
+        for line in report.read().splitlines():
+            if line.startswith("SF:"):
+                file = line[3:]
+            elif line.startswith("DA:"):
+                number, count = line[3:].split(",")[:2]
+                lines.setdefault(file, {})[int(number)] = int(count)
+    total = hit = 0
+    missed = []
+    for name in [*FILES, "container/crc.rs", "room.rs"]:
+        path = ROOT / "codecs/src" / name
+        text = path.read_text()
+        source, places = text.splitlines(), functions(text)
+        counted = {}
+        for number, count in lines.get(str(path), {}).items():
+            inside = [function for start, function in places if start <= number]
+            if not (inside and (OTHER.search(inside[-1]) or CALLERS.match(inside[-1]))):
+                counted[number] = count
+        covered = sum(count > 0 for count in counted.values())
+        total, hit = total + len(counted), hit + covered
+        print(f"{name:24} {covered:5} of {len(counted):5}  {100 * covered / max(len(counted), 1):6.1f} %")
+        missed += [f"{name}:{number}: {source[number - 1].strip()}" for number, count in sorted(counted.items()) if not count]
+    print(f"{'all':24} {hit:5} of {total:5}  {100 * hit / total:6.1f} %\n\nnot run:")
+    print("\n".join(missed))
+
+
+if __name__ == "__main__":
+    main()
