@@ -166,7 +166,9 @@ fn wrong_answers_fail_where_they_are_wrong() {
         ("cut-dump", "whole", Level::Core),
         ("id", "E1011-payload", Level::Full),
         ("offset", "E1011-payload", Level::Full),
-        ("no-line", "E1011-payload", Level::Full),
+        ("no-line", "E1011-payload", Level::Core),
+        ("later-89", "whole", Level::Core),
+        ("later-89", "damaged", Level::Sessions),
         ("prefix", "whole", Level::Core),
         ("checksum", "E1011-payload", Level::Core),
         ("session", "damaged", Level::Sessions),
@@ -200,6 +202,10 @@ fn prefixes_and_flips_are_held_to_their_verdicts() {
     assert!(failures[0].check.starts_with("prefix of 0"), "{failures:?}");
     // A valid vector alone shows a check that is missing only where its bits are flipped.
     assert!(report("checksum", &Options::default()).passed());
+    // A program that dies has exit code 1, too: one shot prefixes show it, in batch flips.
+    for report in both(&format!("{BROKEN} no-line"), 20.0, whole) {
+        assert_eq!(verdict(&report, "whole", Level::Core), Verdict::Failed);
+    }
     let flipped = report("checksum", &options(true));
     let outcome = outcome(&flipped, "whole");
     assert!(outcome.failures[0].check.contains("flipped"), "{outcome:?}");
