@@ -59,7 +59,6 @@ pub fn text(report: &Report) -> String {
             heading = "";
         }
     }
-    let result = if report.passed() { "passed" } else { "failed" };
-    let _ = writeln!(out, "\n{result}");
+    let _ = writeln!(out, "\n{}", report.result());
     out
 }
