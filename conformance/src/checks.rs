@@ -141,7 +141,7 @@ impl Checks<'_> {
             None => "accepted".to_string(),
             Some(fault) => format!("refused with {}", fault_text(Some(fault))),
         };
-        if answer.status != status {
+        if answer.status != status || unexplained(answer) {
             self.fail(self.lowest, check, expected, verdict_text(answer));
             return;
         }
@@ -179,6 +179,11 @@ impl Checks<'_> {
             let (dump, found) = split(&answer);
             let got = || verdict_text(&answer);
             match answer.status {
+                _ if unexplained(&answer) => {
+                    let expected = "a last line that states layer, id and offset".to_string();
+                    self.fail(self.lowest, &check, expected, got());
+                    continue;
+                }
                 Status::Complete if fault.is_some_and(|fault| fault.id == TRAILING) => {}
                 Status::NeedInput if arguments.partial => {}
                 Status::Refused if !arguments.partial => {}
@@ -221,7 +226,8 @@ impl Checks<'_> {
             bytes[byte] ^= mask;
             let answer = self.ask(&check, arguments, &bytes)?;
             let same = answer.status == Status::Complete && answer.output == whole.output;
-            if answer.status == Status::Refused || same {
+            let refused = answer.status == Status::Refused && !unexplained(&answer);
+            if refused || same {
                 self.compare(&check, arguments, &bytes, &answer);
             } else {
                 let expected = "refused, or the same dump".to_string();
@@ -302,11 +308,12 @@ impl Checks<'_> {
 
     fn ask(&mut self, check: &str, arguments: &Arguments, input: &[u8]) -> Result<Answer, Stop> {
         self.found.requests += 1;
-        let program = &mut self.program;
-        // Our own decoder runs in this process: its panic is a failure of the vector.
-        let answer = catch_unwind(AssertUnwindSafe(|| program.ask(arguments, input)));
-        match answer.unwrap_or_else(|_| Err("a panic".to_string())) {
-            Ok(answer) if answer.status == Status::NotImplemented => Err(Stop::NotImplemented),
+        match caught(self.program, arguments, input) {
+            // Whoever has answered about the vector does implement it: later this is a wrong
+            // answer as any other.
+            Ok(answer) if answer.status == Status::NotImplemented && self.found.requests == 1 => {
+                Err(Stop::NotImplemented)
+            }
             Ok(answer) => Ok(answer),
             Err(error) => {
                 self.fail(self.lowest, check, "an answer".to_string(), error);
@@ -335,9 +342,19 @@ impl Checks<'_> {
         if !self.options.compare {
             return;
         }
-        // Arguments from a vector that was read, limits included, are known to the protocol.
-        let Ok(own) = Own::default().ask(arguments, input) else {
-            return;
+        let own = match caught(&mut Own::default(), arguments, input) {
+            Ok(own) => own,
+            // Nobody knows what the answer is worth then, and that must not look like a pass.
+            Err(error) => {
+                let expected = "what the reference decoder answers".to_string();
+                self.fail(
+                    self.lowest,
+                    check,
+                    expected,
+                    format!("its failure: {error}"),
+                );
+                return;
+            }
         };
         let (own_dump, own_fault) = split(&own);
         let (dump, fault) = split(answer);
@@ -355,7 +372,7 @@ impl Checks<'_> {
     /// Another output than the hash stands for: told by its first wrong line, where our own decoder
     /// has the right one.
     fn differs(&mut self, check: &str, arguments: &Arguments, hash: Option<&str>, answer: &Answer) {
-        let own = Own::default().ask(arguments, &self.vector.bytes);
+        let own = caught(&mut Own::default(), arguments, &self.vector.bytes);
         let got = split(answer).0;
         let lines = match &own {
             Ok(own) if hash == Some(&sha256(split(own).0)) => first_difference(split(own).0, got),
@@ -366,6 +383,16 @@ impl Checks<'_> {
         };
         self.fail(self.lowest, check, lines.0, lines.1);
     }
+}
+
+/// Asks; a panic of our own decoder, which runs in this process, is no answer and stops nothing.
+fn caught(
+    program: &mut dyn Program,
+    arguments: &Arguments,
+    input: &[u8],
+) -> Result<Answer, String> {
+    let answer = catch_unwind(AssertUnwindSafe(|| program.ask(arguments, input)));
+    answer.unwrap_or_else(|_| Err("a panic".to_string()))
 }
 
 /// The input of a query request: the stream with its length, and a line for each query.
@@ -383,6 +410,11 @@ fn query_line(query: &Query) -> String {
     let [x, y, z] = query.position;
     let [nx, ny, nz] = query.normal;
     format!("{} {x} {y} {z} {nx} {ny} {nz}", query.track)
+}
+
+/// A refusal that does not say of what: so ends a program that dies with exit code 1, too.
+fn unexplained(answer: &Answer) -> bool {
+    answer.status == Status::Refused && split(answer).1.is_none()
 }
 
 fn fault_text(fault: Option<&Fault>) -> String {

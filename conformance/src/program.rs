@@ -115,8 +115,11 @@ impl Running {
         input: &[u8],
         timeout: Duration,
     ) -> Result<Answer, String> {
-        if let Ok(Ok(_)) = self.answers.try_recv() {
-            return Err("an answer that nobody asked for".to_string());
+        match self.answers.try_recv() {
+            Ok(Ok(_)) => return Err("an answer that nobody asked for".to_string()),
+            Ok(Err(garbage)) => return Err(self.process.last_words(&garbage)),
+            // Where the program is gone, the wait below says how.
+            Err(_) => {}
         }
         let words = arguments.words().join(" ");
         let mut request = Vec::with_capacity(8 + words.len() + input.len());
@@ -165,6 +168,7 @@ fn ending(status: ExitStatus) -> String {
 #[derive(Debug)]
 struct Process {
     child: Child,
+    killed: bool,
     errors: Receiver<String>,
 }
 
@@ -177,7 +181,11 @@ impl Process {
             .spawn()
             .map_err(|e| format!("{} cannot be started: {e}", foreign.command))?;
         let errors = last_line(child.stderr.take());
-        Ok(Process { child, errors })
+        Ok(Process {
+            child,
+            killed: false,
+            errors,
+        })
     }
 
     fn stdin(&mut self) -> Option<ChildStdin> {
@@ -219,12 +227,15 @@ impl Process {
         }
     }
 
+    /// Ends it and all that it started, also where it has ended by itself.
     fn kill(&mut self) {
-        if matches!(self.child.try_wait(), Ok(Some(_))) {
+        if std::mem::replace(&mut self.killed, true) {
             return;
         }
-        // The shell may have started others: it leads a process group, which only `kill` reaches
-        // without unsafe code.
+        // It leads a process group, which only `kill` reaches without unsafe code. The group goes
+        // before its leader is waited for, since then its id may be free. Where the exit code was
+        // needed first, the id is taken as long as someone is left in the group, and otherwise
+        // comes up again only after all others had their turn.
         #[cfg(unix)]
         let _ = Command::new("kill")
             .args(["-KILL", "--", &format!("-{}", self.child.id())])
@@ -253,11 +264,10 @@ fn shell(foreign: &Foreign, words: &[String]) -> Command {
         );
     }
     line += &foreign.command;
-    for word in words {
-        line = line + " " + word;
-    }
+    // Parameters and no text: the shell acts on nothing that stands in a vector.
+    line += " \"$@\"";
     let mut command = Command::new("sh");
-    command.args(["-c", &line]);
+    command.args(["-c", &line, "sh"]).args(words);
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command
 }

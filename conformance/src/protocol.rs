@@ -349,18 +349,25 @@ impl Own {
 /// Metres a unit of a query's position.
 pub const POSITION_UNIT: f32 = 1.0 / 65536.0;
 
+/// The AO that a line asks for; `None` where it is no query of a track that there is.
 fn query(decoder: &Decoder, sampler: Sampler, line: &str) -> Option<f32> {
-    let numbers: Vec<i64> = line
+    let (track, vectors) = line.split_once(' ')?;
+    let track: u32 = track.parse().ok()?;
+    let numbers: Vec<i32> = vectors
         .split(' ')
         .map(|word| word.parse().ok())
         .collect::<Option<_>>()?;
-    let &[track, x, y, z, nx, ny, nz] = numbers.as_slice() else {
+    let &[x, y, z, nx, ny, nz] = numbers.as_slice() else {
         return None;
     };
     let mut tracks = decoder.tracks().iter();
-    let live = tracks.find(|live| i64::from(live.track.id) == track)?;
+    let live = tracks.find(|live| live.track.id == track)?;
     let position = [x, y, z].map(|v| v as f32 * POSITION_UNIT);
-    let length = ((nx * nx + ny * ny + nz * nz) as f64).sqrt();
-    let normal = [nx, ny, nz].map(|v| (v as f64 / length) as f32);
+    let normal = [nx, ny, nz].map(f64::from);
+    let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return None;
+    }
+    let normal = normal.map(|v| (v / length) as f32);
     Some(sampler(decoder, live, position, normal))
 }

@@ -1,6 +1,7 @@
 //! Holds a decoder against vectors, level by level.
 
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 use crate::checks::{self, Failure, Stage, Stop};
 use crate::protocol::Program;
@@ -43,6 +44,16 @@ impl Level {
     }
 }
 
+impl FromStr for Level {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Level, String> {
+        let mut levels = Level::ALL.into_iter();
+        let named = levels.find(|level| level.name() == name);
+        named.ok_or_else(|| format!("{name}: no such level"))
+    }
+}
+
 /// How many prefixes or single-bit flips of a vector are tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Extent {
@@ -56,6 +67,18 @@ pub enum Extent {
 }
 
 impl Extent {
+    /// All, from nothing to everything.
+    pub const ALL: [Extent; 3] = [Extent::None, Extent::Sample, Extent::All];
+
+    /// Its name in arguments.
+    pub fn name(self) -> &'static str {
+        match self {
+            Extent::None => "none",
+            Extent::Sample => "sample",
+            Extent::All => "all",
+        }
+    }
+
     /// The step from one that is tried to the next.
     pub fn step(self) -> Option<usize> {
         match self {
@@ -63,6 +86,16 @@ impl Extent {
             Extent::Sample => Some(29),
             Extent::All => Some(1),
         }
+    }
+}
+
+impl FromStr for Extent {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Extent, String> {
+        let mut extents = Extent::ALL.into_iter();
+        let named = extents.find(|extent| extent.name() == name);
+        named.ok_or_else(|| format!("{name}: no such extent"))
     }
 }
 
@@ -176,9 +209,38 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether nothing failed. What is skipped or not implemented is no failure.
+    /// Whether nothing failed and something passed, at each level that the decoder implements:
+    /// what is skipped or not implemented is no failure, but proves nothing either.
     pub fn passed(&self) -> bool {
+        let passed = |level| self.count(level, None, Verdict::Passed) > 0;
         !self.outcomes.iter().any(Outcome::failed)
+            && Level::ALL.into_iter().any(passed)
+            && self.hollow().is_none()
+    }
+
+    /// The first level at which nothing passed although the decoder implements it: there all that
+    /// it answered was skipped.
+    fn hollow(&self) -> Option<Level> {
+        Level::ALL.into_iter().find(|&level| {
+            self.count(level, None, Verdict::Passed) == 0
+                && self.count(level, None, Verdict::Skipped) > 0
+        })
+    }
+
+    /// What it came to, in a few words.
+    pub fn result(&self) -> String {
+        let unknown = |outcome: &&Outcome| {
+            let mut verdicts = outcome.verdicts.iter();
+            verdicts.any(|verdict| verdict.1 == Verdict::NotImplemented)
+        };
+        let unknown = self.outcomes.iter().filter(unknown).count();
+        match self.hollow() {
+            _ if self.outcomes.iter().any(Outcome::failed) => "failed".to_string(),
+            Some(level) => format!("failed: no vector passed at level {}", level.name()),
+            None if !self.passed() => "failed: nothing is implemented".to_string(),
+            None if unknown > 0 => format!("nothing failed, {unknown} not implemented"),
+            None => "passed".to_string(),
+        }
     }
 
     /// How many vectors came out so at a level, in one area or in all.
@@ -208,6 +270,9 @@ impl Report {
 /// start, or always hangs, is told of soon.
 const GIVE_UP: u32 = 10;
 
+/// The check of a vector that a silent decoder was not asked about.
+pub const NOT_ASKED: &str = "not asked";
+
 /// Holds a decoder against vectors; `progress` is told how many are done.
 ///
 /// # Errors
@@ -225,17 +290,19 @@ pub fn run(
         }
     }
     let mut outcomes = Vec::new();
-    let mut silent = 0;
+    // For each kind by itself: a decoder without sessions may do all else.
+    let mut silent: BTreeMap<Kind, usize> = BTreeMap::new();
     for vector in vectors {
         if !vector.path().contains(&options.filter) || levels(vector, options).is_empty() {
             continue;
         }
-        let (outcome, answered) = if silent < GIVE_UP {
+        let silent = silent.entry(vector.kind).or_default();
+        let (outcome, answered) = if *silent < GIVE_UP {
             one(program, vector, options)
         } else {
             (given_up(vector, options), false)
         };
-        silent = if answered { 0 } else { silent + 1 };
+        *silent = if answered { 0 } else { *silent + 1 };
         outcomes.push(outcome);
         progress(outcomes.len());
     }
@@ -372,9 +439,10 @@ fn given_up(vector: &Vector, options: &Options) -> Outcome {
     outcome.verdicts = levels.map(|level| (level, Verdict::Failed)).collect();
     outcome.failures.push(Failure {
         level: outcome.verdicts[0].0,
-        check: "decode".to_string(),
+        check: NOT_ASKED.to_string(),
         expected: "an answer".to_string(),
-        got: format!("not asked: {GIVE_UP} vectors in a row went without an answer"),
+        got: format!("{GIVE_UP} vectors of this kind in a row went without an answer"),
     });
+    skip(&mut outcome);
     outcome
 }

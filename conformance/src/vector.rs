@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::protocol;
+
 /// What sort of vector it is: the folder it lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -168,24 +170,19 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors")
 }
 
-/// Reads all vectors below a folder, in the order of their paths.
+/// Reads all vectors below a folder, in the order of their paths. Who made them need not be trusted.
 ///
 /// # Errors
-/// A sentence that names the file which cannot be read, is no such JSON, or does not have the hash
-/// that its JSON states.
+/// A sentence that names the file which cannot be read, is no such JSON, says what does not fit its
+/// kind, does not have the hash that its JSON states, or, where the folder has a manifest, is not
+/// the file that the manifest names, or is too many.
 pub fn load(folder: &Path) -> Result<Vec<Vector>, String> {
+    let found = found(folder)?;
+    check_manifest(folder, &found)?;
     let mut vectors = Vec::new();
-    for area in sub_folders(folder)? {
-        for kind in Kind::ALL {
-            let place = folder.join(&area).join(kind.folder());
-            if !place.is_dir() {
-                continue;
-            }
-            for path in files(&place)? {
-                if path.extension().is_some_and(|e| e == "json") {
-                    vectors.push(read(&area, kind, &path)?);
-                }
-            }
+    for (area, kind, path) in found.values() {
+        if path.extension().is_some_and(|e| e == "json") {
+            vectors.push(read(area, *kind, path)?);
         }
     }
     if vectors.is_empty() {
@@ -195,14 +192,49 @@ pub fn load(folder: &Path) -> Result<Vec<Vector>, String> {
     Ok(vectors)
 }
 
+/// The list of all files of vectors.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Manifest {
+    container_version: u16,
+    /// SHA-256 by path.
+    files: BTreeMap<String, String>,
+}
+
+/// Holds the files of vectors against the manifest, if there is one.
+fn check_manifest(folder: &Path, found: &Found) -> Result<(), String> {
+    let place = folder.join(MANIFEST);
+    if !place.exists() {
+        return Ok(());
+    }
+    let text = fs::read(&place).map_err(|e| at(&place, e))?;
+    let manifest: Manifest =
+        serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", place.display()))?;
+    for (name, hash) in &manifest.files {
+        let Some((_, _, path)) = found.get(name) else {
+            return Err(format!("{name:?} of {MANIFEST} is not there"));
+        };
+        let bytes = fs::read(path).map_err(|e| at(path, e))?;
+        if sha256(&bytes) != *hash {
+            return Err(format!("{}: not the file of {MANIFEST}", path.display()));
+        }
+    }
+    let mut strangers = found.iter();
+    match strangers.find(|(name, _)| !manifest.files.contains_key(*name)) {
+        Some((_, (_, _, path))) => Err(format!("{}: not in {MANIFEST}", path.display())),
+        None => Ok(()),
+    }
+}
+
 fn read(area: &str, kind: Kind, json: &Path) -> Result<Vector, String> {
     let name = json.file_stem().unwrap_or_default().to_string_lossy();
     let text = fs::read(json).map_err(|e| at(json, e))?;
-    let info: Info =
-        serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", json.display()))?;
+    let wrong = |sentence: String| format!("{}: {sentence}", json.display());
+    let info: Info = serde_json::from_slice(&text).map_err(|e| wrong(e.to_string()))?;
+    check(kind, &info).map_err(wrong)?;
     let path = json.with_extension("dapple");
     let bytes = fs::read(&path).map_err(|e| at(&path, e))?;
-    if sha256(&bytes) != info.sha256 {
+    if bytes.len() as u64 != info.bytes || sha256(&bytes) != info.sha256 {
         return Err(format!(
             "{}: not the file that {name}.json was written for",
             path.display()
@@ -215,6 +247,40 @@ fn read(area: &str, kind: Kind, json: &Path) -> Result<Vector, String> {
         bytes,
         info,
     })
+}
+
+/// Whether a decoder can be held to this: limits that exist, and what a vector of the kind states.
+fn check(kind: Kind, info: &Info) -> Result<(), String> {
+    protocol::limits(&info.limits)?;
+    let hashes = [
+        &info.dump_sha256,
+        &info.released_sha256,
+        &info.transcript_sha256,
+    ];
+    let stated = (info.error.is_some(), hashes.map(Option::is_some));
+    let accepted = stated == (false, [true, false, false]);
+    let refused = stated == (true, [false, true, false]);
+    let (fits, wanted) = match kind {
+        Kind::Valid => (accepted, "dump_sha256 alone"),
+        Kind::Queries => (accepted, "dump_sha256 alone"),
+        Kind::Invalid => (refused, "error and released_sha256"),
+        Kind::Limits => (
+            accepted || refused,
+            "dump_sha256, or error and released_sha256",
+        ),
+        Kind::Sessions => (
+            stated == (false, [false, false, true]),
+            "transcript_sha256 alone",
+        ),
+    };
+    if !fits {
+        let folder = kind.folder();
+        return Err(format!("a vector of {folder} states {wanted}"));
+    }
+    if info.queries.is_empty() == (kind == Kind::Queries) {
+        return Err("queries belong to vectors of queries, and to each of them".to_string());
+    }
+    Ok(())
 }
 
 fn sub_folders(folder: &Path) -> Result<Vec<String>, String> {
@@ -245,12 +311,14 @@ pub fn files_of(vectors: &[Vector]) -> BTreeMap<String, Vec<u8>> {
         files.insert(format!("{}.dapple", vector.path()), vector.bytes.clone());
         files.insert(format!("{}.json", vector.path()), json(&vector.info));
     }
-    let hashes: BTreeMap<&String, String> = files
-        .iter()
-        .map(|(path, bytes)| (path, sha256(bytes)))
-        .collect();
-    let manifest = json(&serde_json::json!({ "container_version": 1, "files": hashes }));
-    files.insert(MANIFEST.to_string(), manifest);
+    let hashes = files.iter();
+    let manifest = Manifest {
+        container_version: 1,
+        files: hashes
+            .map(|(path, bytes)| (path.clone(), sha256(bytes)))
+            .collect(),
+    };
+    files.insert(MANIFEST.to_string(), json(&manifest));
     files
 }
 
@@ -307,10 +375,20 @@ pub fn compare(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), S
 
 /// Files in the folders of vectors that are not among these.
 fn strangers(folder: &Path, wanted: &BTreeMap<String, Vec<u8>>) -> Result<Vec<PathBuf>, String> {
-    let mut found = Vec::new();
     if !folder.is_dir() {
-        return Ok(found);
+        return Ok(Vec::new());
     }
+    let mut found = found(folder)?;
+    found.retain(|name, _| !wanted.contains_key(name));
+    Ok(found.into_values().map(|(_, _, path)| path).collect())
+}
+
+/// Area, kind and place of files, by path below the folder of vectors.
+type Found = BTreeMap<String, (String, Kind, PathBuf)>;
+
+/// All files in the folders of vectors.
+fn found(folder: &Path) -> Result<Found, String> {
+    let mut found = Found::new();
     for area in sub_folders(folder)? {
         for kind in Kind::ALL {
             let place = format!("{area}/{}", kind.folder());
@@ -319,9 +397,7 @@ fn strangers(folder: &Path, wanted: &BTreeMap<String, Vec<u8>>) -> Result<Vec<Pa
             }
             for path in files(&folder.join(&place))? {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
-                if !wanted.contains_key(&format!("{place}/{name}")) {
-                    found.push(path);
-                }
+                found.insert(format!("{place}/{name}"), (area.clone(), kind, path));
             }
         }
     }

@@ -1,13 +1,15 @@
 //! The runner against decoders: one that is right, and one for each way to be wrong.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use dapple_conformance::checks::query_input;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program, Status, split};
 use dapple_conformance::run::{Extent, Level, Options, Outcome, Report, Verdict, run, skips};
-use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, sha256};
+use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, files_of, load, sha256};
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
 const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
@@ -166,7 +168,9 @@ fn wrong_answers_fail_where_they_are_wrong() {
         ("cut-dump", "whole", Level::Core),
         ("id", "E1011-payload", Level::Full),
         ("offset", "E1011-payload", Level::Full),
-        ("no-line", "E1011-payload", Level::Full),
+        ("no-line", "E1011-payload", Level::Core),
+        ("later-89", "whole", Level::Core),
+        ("later-89", "damaged", Level::Sessions),
         ("prefix", "whole", Level::Core),
         ("checksum", "E1011-payload", Level::Core),
         ("session", "damaged", Level::Sessions),
@@ -200,6 +204,10 @@ fn prefixes_and_flips_are_held_to_their_verdicts() {
     assert!(failures[0].check.starts_with("prefix of 0"), "{failures:?}");
     // A valid vector alone shows a check that is missing only where its bits are flipped.
     assert!(report("checksum", &Options::default()).passed());
+    // A program that dies has exit code 1, too: one shot prefixes show it, in batch flips.
+    for report in both(&format!("{BROKEN} no-line"), 20.0, whole) {
+        assert_eq!(verdict(&report, "whole", Level::Core), Verdict::Failed);
+    }
     let flipped = report("checksum", &options(true));
     let outcome = outcome(&flipped, "whole");
     assert!(outcome.failures[0].check.contains("flipped"), "{outcome:?}");
@@ -251,8 +259,15 @@ fn a_decoder_that_never_answers_is_given_up() {
         .map(|i| vector(Kind::Valid, &format!("v{i:02}"), stream().ended(), &[]))
         .collect();
     let foreign = foreign("/nowhere/decoder".to_string(), 20.0, 0);
-    let report = held(&mut OneShot(foreign), &vectors, &options(false));
-    assert!(report.outcomes.iter().all(Outcome::failed));
+    let skipping = Options {
+        skips: skips("container/valid/v30 because").expect("skips"),
+        ..options(false)
+    };
+    let report = held(&mut OneShot(foreign), &vectors, &skipping);
+    let others = |outcome: &&Outcome| !outcome.path.ends_with("v30");
+    assert!(report.outcomes.iter().filter(others).all(Outcome::failed));
+    assert_eq!(verdict(&report, "v30", Level::Core), Verdict::Skipped);
+    assert!(outcome(&report, "v30").failures.is_empty());
     assert_eq!(report.requests(), 10);
 }
 
@@ -272,9 +287,176 @@ fn a_pipe_that_nobody_reads_blocks_nothing() {
         let late = Batch::new(foreign).ask(&Arguments::default(), &large);
         assert!(late.is_err_and(|error| error.contains("no end within")));
     }
+    // Garbage that was there before the request.
+    let chatter = "head -c 8 >/dev/null; printf '\\0\\0\\0\\0\\0hello'; sleep 60 #";
+    let mut chatter = Batch::new(foreign(chatter.to_string(), 20.0, 0));
+    let first = chatter.ask(&Arguments::default(), b"");
+    assert!(first.is_ok_and(|answer| answer.status == Status::Complete));
+    std::thread::sleep(Duration::from_millis(100));
+    let second = chatter.ask(&Arguments::default(), b"");
+    assert!(second.is_err_and(|error| error.contains("status 104")));
     // A process that outlives its parent and holds the pipes open.
     let mut orphan = OneShot(foreign("sleep 3 & exit 1 #".to_string(), 0.2, 0));
     assert!(orphan.ask(&Arguments::default(), b"").is_err());
+}
+
+#[cfg(unix)]
+#[test]
+fn children_in_the_background_die_with_their_program() {
+    let folder = temporary("background");
+    // A program that ends by itself, with its exit code, and one that leaves its output open.
+    for (number, silence) in [" >/dev/null 2>&1", ""].into_iter().enumerate() {
+        let file = folder.join(number.to_string());
+        let child = format!("(sleep 2; echo alive > {})", file.display());
+        let command = format!("{child}{silence} & exit 1 #");
+        let seconds = [20.0, 0.3][number];
+        let mut program = OneShot(foreign(command, seconds, 0));
+        let answer = program.ask(&Arguments::default(), b"");
+        assert_eq!(answer.is_ok(), number == 0, "{answer:?}");
+    }
+    std::thread::sleep(Duration::from_secs(3));
+    let left = std::fs::read_dir(&folder).expect("the folder").count();
+    assert_eq!(left, 0, "children that live on");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_shell_acts_on_nothing_in_a_vector() {
+    let folder = temporary("shell");
+    let file = folder.join("made");
+    let limits = [(format!("tracks;touch {};", file.display()), 1)];
+    let arguments = Arguments {
+        limits: limits.into_iter().collect(),
+        ..Arguments::default()
+    };
+    let mut program = OneShot(foreign("true".to_string(), 20.0, 0));
+    let answer = program.ask(&arguments, b"").expect("an exit code");
+    assert_eq!(answer.status, Status::Complete);
+    assert!(!file.exists());
+}
+
+/// An empty folder of a test.
+fn temporary(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// Writes the vectors after a change, and reads them.
+fn loaded(vectors: &[Vector], change: impl FnOnce(&mut BTreeMap<String, Vec<u8>>)) -> String {
+    let folder = temporary("vectors");
+    let mut files = files_of(vectors);
+    change(&mut files);
+    for (name, bytes) in &files {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, bytes).expect("a file");
+    }
+    load(&folder).map_or_else(|sentence| sentence, |read| format!("{} read", read.len()))
+}
+
+#[test]
+fn vectors_are_read_with_care() {
+    let good = vectors();
+    assert_eq!(loaded(&good, |_| {}), "5 read");
+    let without = |files: &mut BTreeMap<String, Vec<u8>>| drop(files.remove("manifest.json"));
+    assert_eq!(loaded(&good, without), "5 read");
+    // What a vector of the kind does not state, with a manifest that fits.
+    let changes: [(usize, fn(&mut Info), &str); 10] = [
+        (
+            1,
+            |i| i.limits = BTreeMap::from([("tracks;true".into(), 1)]),
+            "no such limit",
+        ),
+        (
+            1,
+            |i| i.limits = BTreeMap::from([("tracks".into(), 1 << 32)]),
+            "at most",
+        ),
+        (4, |i| i.bytes += 1, "was written for"),
+        (4, |i| i.dump_sha256 = None, "states dump_sha256"),
+        (4, |i| i.transcript_sha256 = i.dump_sha256.clone(), "alone"),
+        (0, |i| i.error = None, "states error"),
+        (0, |i| i.released_sha256 = None, "states error"),
+        (
+            3,
+            |i| i.transcript_sha256 = None,
+            "states transcript_sha256",
+        ),
+        (2, |i| i.queries.clear(), "queries belong"),
+        (
+            4,
+            |i| {
+                i.queries = vec![Query {
+                    track: 1,
+                    position: [0; 3],
+                    normal: [0, 1, 0],
+                    ao: [0, 1],
+                }]
+            },
+            "queries belong",
+        ),
+    ];
+    for (number, change, words) in changes {
+        let mut bad = good.clone();
+        change(&mut bad[number].info);
+        let sentence = loaded(&bad, |_| {});
+        assert!(sentence.contains(words), "{words}: {sentence}");
+    }
+    // Files that the manifest does not fit.
+    let whole = "container/valid/whole";
+    let sentence = loaded(&good, |files| {
+        files.remove(&format!("{whole}.json"));
+        files.remove(&format!("{whole}.dapple"));
+    });
+    assert!(sentence.contains("is not there"), "{sentence}");
+    let sentence = loaded(&good, |files| {
+        files.insert(format!("{whole}r.dapple"), Vec::new());
+    });
+    assert!(sentence.ends_with("not in manifest.json"), "{sentence}");
+    let sentence = loaded(&good, |files| {
+        let json = files.get_mut(&format!("{whole}.json")).expect("a file");
+        json.push(b' ');
+    });
+    assert!(
+        sentence.ends_with("not the file of manifest.json"),
+        "{sentence}"
+    );
+}
+
+#[test]
+fn a_query_is_seven_numbers_in_range() {
+    let mut own = Own {
+        sampler: Some(|_, _, _, normal| normal[1]),
+    };
+    let arguments = Arguments {
+        mode: Mode::Queries,
+        ..Arguments::default()
+    };
+    let stream = stream().ended();
+    let mut ask = |line: &str| {
+        let mut input = query_input(&stream, &[]);
+        input.extend(line.bytes());
+        own.ask(&arguments, &input)
+    };
+    // The squares of these have no sum in 64 bits.
+    let answer = ask("1 0 0 0 0 -2147483648 0\n").expect("a value");
+    assert_eq!(answer.output, b"-1\n");
+    let least = "1 0 0 0 -2147483648 -2147483648 -2147483648\n";
+    let answer = ask(least).expect("a value");
+    assert!(answer.output.starts_with(b"-0.577"));
+    for line in [
+        "1 0 0 0 0 0 0\n",
+        "1 0 0 2147483648 0 1 0\n",
+        "1 0 0 0 0 3037000500 0\n",
+        "-1 0 0 0 0 1 0\n",
+        "2 0 0 0 0 1 0\n",
+        "1 0 0 0 0 1\n",
+        "1 0 0 0 0 1 0 0\n",
+    ] {
+        assert!(ask(line).is_err_and(|e| e.contains("no query")), "{line}");
+    }
 }
 
 #[test]
@@ -317,9 +499,16 @@ fn the_skip_file_is_held_to_what_it_says() {
         ..Options::default()
     };
     let foreign = foreign(format!("{BROKEN} dump"), 20.0, 1024);
-    let vectors = vectors();
-    let report = held(&mut Batch::new(foreign), &vectors[4..], &skipping);
-    assert!(report.passed());
+    let mut vectors = vectors();
+    let mut dump = Batch::new(foreign);
+    let report = held(&mut dump, &vectors[4..], &skipping);
+    assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
+    assert!(!report.passed(), "all that there is was skipped");
+    let result = report.result();
+    assert_eq!(result, "failed: no vector passed at level core");
+    vectors.push(vector(Kind::Valid, "empty", Forge::started().ended(), &[]));
+    let report = held(&mut dump, &vectors[4..], &skipping);
+    assert!(report.passed(), "{report:#?}");
     assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
     let report = held(&mut Own::default(), &vectors, &skipping);
     assert!(!report.passed());
@@ -332,6 +521,38 @@ fn the_skip_file_is_held_to_what_it_says() {
     assert!(error.is_err_and(|error| error.contains("container/valid/nothing")));
     assert!(skips("container/valid/whole").is_err());
     assert!(skips("a b\na c").is_err());
+}
+
+#[test]
+fn what_is_not_implemented_does_not_pass() {
+    let vectors = vectors();
+    let foreign = foreign(format!("{BROKEN} not-implemented"), 20.0, 1024);
+    let report = held(&mut Batch::new(foreign), &vectors, &Options::default());
+    assert!(!report.outcomes.iter().any(Outcome::failed));
+    assert!(!report.passed());
+    assert_eq!(report.result(), "failed: nothing is implemented");
+    // Without a sampler, and thus without queries.
+    let report = held(&mut Own::default(), &vectors, &Options::default());
+    assert!(report.passed());
+    assert_eq!(report.result(), "nothing failed, 1 not implemented");
+    let text = dapple_conformance::report::text(&report);
+    assert!(text.ends_with("\nnothing failed, 1 not implemented\n"));
+    let mut own = Own {
+        sampler: Some(|_, _, _, _| 0.25),
+    };
+    let report = held(&mut own, &vectors, &Options::default());
+    assert_eq!(report.result(), "passed");
+}
+
+#[test]
+fn levels_and_extents_are_known_by_name() {
+    for level in Level::ALL {
+        assert_eq!(level.name().parse(), Ok(level));
+    }
+    for extent in Extent::ALL {
+        assert_eq!(extent.name().parse(), Ok(extent));
+    }
+    assert!("perfect".parse::<Level>().is_err() && "some".parse::<Extent>().is_err());
 }
 
 #[test]

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
 use std::time::Duration;
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Own, Program};
-use dapple_conformance::run::{self, Options, Report};
+use dapple_conformance::run::{self, Extent, Level, Options, Report};
 use dapple_conformance::vector::{self, Vector};
 use dapple_conformance::{dump, report};
 use glam::Vec3;
@@ -32,13 +33,13 @@ pub struct Args {
     #[arg(long, requires = "decoder")]
     batch: bool,
     /// What to hold it to; all if not given. May be given several times; full takes core with it.
-    #[arg(long, value_name = "LEVEL")]
+    #[arg(long, value_name = "LEVEL", value_parser = named::<Level>(Level::ALL.map(Level::name)))]
     level: Vec<Level>,
     /// Proper prefixes of streams up to 4 KiB.
-    #[arg(long, value_name = "EXTENT", default_value = "all")]
+    #[arg(long, value_name = "EXTENT", default_value = "all", value_parser = named::<Extent>(Extent::ALL.map(Extent::name)))]
     prefixes: Extent,
     /// Single-bit flips of valid vectors up to 4 KiB.
-    #[arg(long, value_name = "EXTENT", default_value = "none")]
+    #[arg(long, value_name = "EXTENT", default_value = "none", value_parser = named::<Extent>(Extent::ALL.map(Extent::name)))]
     flips: Extent,
     /// Folder of the vectors; the one in the source tree that this program was built from if not
     /// given.
@@ -69,28 +70,12 @@ pub struct Args {
     html: Option<PathBuf>,
 }
 
-/// What a decoder is held to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Level {
-    /// Accepts or refuses, with the right dump.
-    Core,
-    /// Layer, id and offset of each fault, too.
-    Full,
-    /// Losses and faults within a session.
-    Sessions,
-    /// Limits.
-    Limits,
-    /// Sampling.
-    Queries,
-}
-
-/// How many are tried.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Extent {
-    None,
-    /// One in 29.
-    Sample,
-    All,
+/// Reads one of these names, and lists them all in the help.
+fn named<T>(names: impl IntoIterator<Item = &'static str>) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err = String> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
 /// Runs the command.
@@ -99,10 +84,11 @@ enum Extent {
 /// `Io` where a report cannot be written. What is wrong with the arguments is told here, with exit
 /// code 2.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    match held(args) {
-        Ok(report) => {
-            write_reports(args, &report)?;
+    // The clauses first: they may be wrong, and a run takes its time.
+    match clauses(args).and_then(|clauses| Ok((held(args)?, clauses))) {
+        Ok((report, clauses)) => {
             output::print(&report::text(&report))?;
+            write_reports(args, &report, &clauses)?;
             Ok(ExitCode::from(u8::from(!report.passed())))
         }
         Err(sentence) => {
@@ -123,11 +109,11 @@ fn held(args: &Args) -> std::result::Result<Report, String> {
     };
     let options = Options {
         levels: match args.level.as_slice() {
-            [] => run::Level::ALL.to_vec(),
-            levels => levels.iter().map(|&level| level.into()).collect(),
+            [] => Level::ALL.to_vec(),
+            levels => levels.to_vec(),
         },
-        prefixes: args.prefixes.into(),
-        flips: args.flips.into(),
+        prefixes: args.prefixes,
+        flips: args.flips,
         partial: args.batch || args.decoder.is_none(),
         compare: args.decoder.is_some(),
         skips,
@@ -185,7 +171,7 @@ fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 
     sample::sample(grid, buckets, cells, x, n, Fallback::One).ao
 }
 
-fn write_reports(args: &Args, report: &Report) -> Result<()> {
+fn write_reports(args: &Args, report: &Report, clauses: &[Clause]) -> Result<()> {
     if let Some(path) = &args.json {
         write(path, &report::json(report))?;
     }
@@ -193,22 +179,28 @@ fn write_reports(args: &Args, report: &Report) -> Result<()> {
         write(path, &report::junit(report))?;
     }
     if let Some(path) = &args.html {
-        write(path, &report::html(report, &clauses(args)))?;
+        write(path, &report::html(report, clauses))?;
     }
     Ok(())
 }
 
-/// The clauses of the specification beside the vectors; none where it is not there.
-fn clauses(args: &Args) -> Vec<Clause> {
-    let beside = args
-        .vectors
-        .as_ref()
-        .map(|vectors| vectors.join("../../spec"));
-    let folder = beside.filter(|folder| folder.is_dir());
-    let chapters = clauses::chapters(&folder.unwrap_or_else(clauses::folder));
-    chapters
-        .and_then(|chapters| clauses::read(&chapters))
-        .unwrap_or_default()
+/// The clauses that a web page tells the coverage of: those of the specification beside the
+/// vectors, or none where a folder of vectors stands alone.
+fn clauses(args: &Args) -> std::result::Result<Vec<Clause>, String> {
+    if args.html.is_none() {
+        return Ok(Vec::new());
+    }
+    let folder = match &args.vectors {
+        None => clauses::folder(),
+        Some(vectors) => {
+            let beside = vectors.join("../../spec");
+            if !beside.is_dir() {
+                return Ok(Vec::new());
+            }
+            beside
+        }
+    };
+    clauses::read(&clauses::chapters(&folder)?)
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {
@@ -216,26 +208,4 @@ fn write(path: &Path, text: &str) -> Result<()> {
         path: path.to_path_buf(),
         source,
     })
-}
-
-impl From<Level> for run::Level {
-    fn from(level: Level) -> run::Level {
-        match level {
-            Level::Core => run::Level::Core,
-            Level::Full => run::Level::Full,
-            Level::Sessions => run::Level::Sessions,
-            Level::Limits => run::Level::Limits,
-            Level::Queries => run::Level::Queries,
-        }
-    }
-}
-
-impl From<Extent> for run::Extent {
-    fn from(extent: Extent) -> run::Extent {
-        match extent {
-            Extent::None => run::Extent::None,
-            Extent::Sample => run::Extent::Sample,
-            Extent::All => run::Extent::All,
-        }
-    }
 }

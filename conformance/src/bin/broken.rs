@@ -66,6 +66,7 @@ impl Program for Broken {
                     .extend(b"{\"layer\":\"framing\",\"id\":1019,\"offset\":0}\n");
             }
             "not-implemented" => answer.status = Status::NotImplemented,
+            "later-89" if arguments.pieces == 1 => answer.status = Status::NotImplemented,
             // No answers.
             "hang" => loop {
                 std::thread::sleep(Duration::from_secs(1));

@@ -9,10 +9,11 @@ const STYLE: &str = include_str!("page.css");
 /// One page that needs nothing else: totals, failures, and how far each clause is covered.
 pub fn html(report: &Report, clauses: &[Clause]) -> String {
     let decoder = escaped(&report.decoder);
-    let (class, result) = match report.passed() {
-        true => ("good", "passed"),
-        false => ("bad", "failed"),
+    let class = match report.passed() {
+        true => "good",
+        false => "bad",
     };
+    let result = report.result();
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -23,9 +24,9 @@ pub fn html(report: &Report, clauses: &[Clause]) -> String {
         report.outcomes.len(),
         report.requests(),
         clauses.len(),
-        match report.passed() {
-            true => "",
-            false => "<a href=\"#failures\">Failures</a> ",
+        match report.outcomes.iter().any(Outcome::failed) {
+            true => "<a href=\"#failures\">Failures</a> ",
+            false => "",
         },
     );
     totals(report, &mut out);

@@ -26,6 +26,7 @@ pub fn json(report: &Report) -> String {
     let document = json!({
         "decoder": report.decoder,
         "passed": report.passed(),
+        "result": report.result(),
         "requests": report.requests(),
         "levels": levels,
         "vectors": vectors,

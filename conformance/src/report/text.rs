@@ -1,6 +1,6 @@
 use std::fmt::Write as _;
 
-use crate::run::{Level, Report, Verdict};
+use crate::run::{Level, NOT_ASKED, Report, Verdict};
 
 /// Counts by level and area, then every vector that failed, and why; then what was skipped.
 pub fn text(report: &Report) -> String {
@@ -31,7 +31,12 @@ pub fn text(report: &Report) -> String {
             );
         }
     }
+    let mut not_asked = 0;
     for outcome in report.outcomes.iter().filter(|outcome| outcome.failed()) {
+        if outcome.failures.iter().any(|failure| failure.check == NOT_ASKED) {
+            not_asked += 1;
+            continue;
+        }
         let levels = outcome.verdicts.iter().filter(|v| v.1 == Verdict::Failed);
         let levels: Vec<&str> = levels.map(|v| v.0.name()).collect();
         let clauses = outcome.clauses.join(", ");
@@ -52,6 +57,12 @@ pub fn text(report: &Report) -> String {
             let _ = writeln!(out, "  and {} more", outcome.left_out);
         }
     }
+    if not_asked > 0 {
+        let _ = writeln!(
+            out,
+            "\nfailed: {not_asked} more, not asked, for too many before them went without an answer"
+        );
+    }
     let mut heading = "\n";
     for outcome in report.outcomes.iter().filter(|outcome| !outcome.failed()) {
         if let Some(reason) = &outcome.skip {
@@ -59,7 +70,6 @@ pub fn text(report: &Report) -> String {
             heading = "";
         }
     }
-    let result = if report.passed() { "passed" } else { "failed" };
-    let _ = writeln!(out, "\n{result}");
+    let _ = writeln!(out, "\n{}", report.result());
     out
 }
