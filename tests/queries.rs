@@ -1,7 +1,6 @@
 //! The samplers of the client against the query vectors: `points/sample.rs` on the CPU and, where
 //! there is an adapter, `points/sample.wgsl`; both as Eq. 4 has it, without filling gaps.
 
-use dapple::codec::points::{Bucket, Cell};
 use dapple::codec::{Decoder, Event, Limits};
 use dapple::points::client::{PointsState, PointsTrack};
 use dapple::points::sample::{Fallback, sample};
@@ -21,10 +20,8 @@ fn vectors() -> Vec<Vector> {
 
 /// What a stream leaves.
 struct Decoded {
-    ids: Vec<u32>,
+    decoder: Decoder,
     tracks: Vec<PointsTrack>,
-    buckets: Vec<Bucket>,
-    cells: Vec<Cell>,
 }
 
 fn decoded(vector: &Vector) -> Decoded {
@@ -39,24 +36,20 @@ fn decoded(vector: &Vector) -> Decoded {
             _ => {}
         }
     }
-    let live = decoder.tracks();
     let track = |live: &dapple::codec::LiveTrack| PointsTrack {
         grid: *live.track.grid(),
         first_bucket: live.first_bucket,
         first_cell: live.first_cell,
     };
-    Decoded {
-        ids: live.iter().map(|live| live.track.id).collect(),
-        tracks: live.iter().map(track).collect(),
-        buckets: decoder.points().buckets().to_vec(),
-        cells: decoder.points().cells().to_vec(),
-    }
+    let tracks = decoder.tracks().iter().map(track).collect();
+    Decoded { decoder, tracks }
 }
 
 impl Decoded {
     /// Index of a query's track.
     fn track(&self, query: &Query) -> usize {
-        let index = self.ids.iter().position(|id| *id == query.track);
+        let mut live = self.decoder.tracks().iter();
+        let index = live.position(|live| live.track.id == query.track);
         index.expect("a live track")
     }
 }
@@ -83,12 +76,11 @@ fn on_the_cpu() {
     for vector in vectors() {
         let decoded = decoded(&vector);
         let ao = |query: &Query| {
-            let track = decoded.tracks[decoded.track(query)];
-            let range = |first: u32, count: u32| first as usize..(first + count) as usize;
-            let buckets = &decoded.buckets[range(track.first_bucket, track.grid.bucket_count)];
-            let cells = &decoded.cells[range(track.first_cell, track.grid.cell_capacity)];
+            let live = &decoded.decoder.tracks()[decoded.track(query)];
+            let state = decoded.decoder.points();
+            let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
             let (x, n) = place(query);
-            sample(&track.grid, buckets, cells, x, n, Fallback::One).ao
+            sample(live.track.grid(), buckets, cells, x, n, Fallback::One).ao
         };
         let results: Vec<f32> = vector.info.queries.iter().map(ao).collect();
         check(&vector, &results);
@@ -126,8 +118,8 @@ fn on_a_device() {
         };
         let state = PointsState {
             tracks: &decoded.tracks,
-            buckets: &decoded.buckets,
-            cells: &decoded.cells,
+            buckets: decoded.decoder.points().buckets(),
+            cells: decoded.decoder.points().cells(),
             track_of_instance: &instances,
             dirty: None,
         };

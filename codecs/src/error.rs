@@ -39,6 +39,18 @@ pub enum Layer {
     Session,
 }
 
+impl Layer {
+    /// Its name in reports, such as `framing`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Framing => "framing",
+            Layer::Record => "record",
+            Layer::Codec => "codec",
+            Layer::Session => "session",
+        }
+    }
+}
+
 /// The sort of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -66,6 +78,21 @@ pub enum Kind {
     Usage,
 }
 
+impl Kind {
+    /// Its name in reports and in the table of `spec/README.md`, such as `LimitExceeded`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Malformed => "Malformed",
+            Kind::Truncated => "Truncated",
+            Kind::Unsupported => "Unsupported",
+            Kind::Checksum => "Checksum",
+            Kind::LimitExceeded { .. } => "LimitExceeded",
+            Kind::MissingBase => "MissingBase",
+            Kind::Usage => "Usage",
+        }
+    }
+}
+
 /// A limit of [`crate::Limits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -84,6 +111,32 @@ pub enum Limit {
     PathBytes,
     /// [`crate::Limits::state_bytes`].
     StateBytes,
+}
+
+impl Limit {
+    /// All of them, in the order of [`crate::Limits`].
+    pub const ALL: &'static [Limit] = &[
+        Limit::StoredBytes,
+        Limit::UnpackedBytes,
+        Limit::FrameBytes,
+        Limit::ZstdWindowBytes,
+        Limit::Tracks,
+        Limit::PathBytes,
+        Limit::StateBytes,
+    ];
+
+    /// The name of its field in [`crate::Limits`], such as `stored_bytes`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Limit::StoredBytes => "stored_bytes",
+            Limit::UnpackedBytes => "unpacked_bytes",
+            Limit::FrameBytes => "frame_bytes",
+            Limit::ZstdWindowBytes => "zstd_window_bytes",
+            Limit::Tracks => "tracks",
+            Limit::PathBytes => "path_bytes",
+            Limit::StateBytes => "state_bytes",
+        }
+    }
 }
 
 /// A fault before its offset is known.
@@ -192,8 +245,8 @@ mod tests {
         let readme = include_str!("../../spec/README.md");
         for (fault, name, sentence) in TABLE {
             let kind = match Failure::from(*fault).kind {
-                _ if name.ends_with("-limit") || *name == "zstd-window" => "LimitExceeded".into(),
-                kind => format!("{kind:?}"),
+                _ if name.ends_with("-limit") || *name == "zstd-window" => "LimitExceeded",
+                kind => kind.name(),
             };
             let row = format!("| {} | {name} | {kind} | {sentence} |\n", *fault as u16);
             assert!(readme.contains(&row), "spec/README.md lacks: {row}");
@@ -203,6 +256,14 @@ mod tests {
                 .is_some_and(|l| l.as_bytes()[..4].iter().all(u8::is_ascii_digit))
         });
         assert_eq!(rows.count(), TABLE.len());
+    }
+
+    #[test]
+    fn kinds_are_named_as_they_are() {
+        for (fault, _, _) in TABLE {
+            let kind = Failure::from(*fault).kind;
+            assert_eq!(kind.name(), format!("{kind:?}"));
+        }
     }
 
     #[test]

@@ -61,7 +61,7 @@
 //! }
 //! decoder.finish()?;
 //! let live = &decoder.tracks()[0];
-//! assert_eq!(decoder.points().cells()[live.first_cell as usize], cell);
+//! assert_eq!(decoder.points().cells_of(live)[0], cell);
 //! # Ok(())
 //! # }
 //! ```

@@ -1,6 +1,7 @@
 //! What a stream may ask of the machine that decodes it.
 
 use crate::container::compress::Unpacker;
+use crate::error::Limit;
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
 /// the places that it may leave free.
@@ -50,6 +51,38 @@ impl Default for Limits {
 }
 
 impl Limits {
+    /// The value of a limit.
+    pub fn get(&self, which: Limit) -> u64 {
+        match which {
+            Limit::StoredBytes => self.stored_bytes.into(),
+            Limit::UnpackedBytes => self.unpacked_bytes.into(),
+            Limit::FrameBytes => self.frame_bytes.into(),
+            Limit::ZstdWindowBytes => self.zstd_window_bytes.into(),
+            Limit::Tracks => self.tracks.into(),
+            Limit::PathBytes => self.path_bytes.into(),
+            Limit::StateBytes => self.state_bytes,
+        }
+    }
+
+    /// Sets a limit. `false`, and no change, where the value is beyond its 32 bits; `state_bytes`
+    /// has 64.
+    #[must_use]
+    pub fn set(&mut self, which: Limit, value: u64) -> bool {
+        let field = match which {
+            Limit::StoredBytes => &mut self.stored_bytes,
+            Limit::UnpackedBytes => &mut self.unpacked_bytes,
+            Limit::FrameBytes => &mut self.frame_bytes,
+            Limit::ZstdWindowBytes => &mut self.zstd_window_bytes,
+            Limit::Tracks => &mut self.tracks,
+            Limit::PathBytes => &mut self.path_bytes,
+            Limit::StateBytes => {
+                self.state_bytes = value;
+                return true;
+            }
+        };
+        u32::try_from(value).map(|value| *field = value).is_ok()
+    }
+
     /// The most bytes that a decoder with these limits ever has allocated at once, whatever it is
     /// fed, through errors, [`crate::Decoder::resume`] and [`crate::Decoder::reset`]. The
     /// decompressors count, in C or not; what an allocator adds to each block does not.
@@ -85,5 +118,39 @@ impl Limits {
             .saturating_add(paths)
             .saturating_add(LIST_BYTES)
             .saturating_add(Unpacker::heap_bytes(self.zstd_window_bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::format;
+
+    #[test]
+    fn each_limit_sets_the_field_that_it_names() {
+        let mut limits = Limits::default();
+        for (value, &which) in (1..).zip(Limit::ALL) {
+            assert!(limits.set(which, value));
+            assert_eq!(limits.get(which), value);
+            let text = format!("{limits:?}");
+            let field = format!(" {}: {value}", which.name());
+            assert!(text.contains(&field), "{field} in {text}");
+        }
+        // All fields are named here, so a new one cannot be forgotten in `Limit::ALL`.
+        let all = Limits {
+            stored_bytes: 1,
+            unpacked_bytes: 2,
+            frame_bytes: 3,
+            zstd_window_bytes: 4,
+            tracks: 5,
+            path_bytes: 6,
+            state_bytes: 7,
+        };
+        assert_eq!(limits, all);
+        for &which in Limit::ALL {
+            let wide = limits.set(which, 1 << 32);
+            assert_eq!(wide, which == Limit::StateBytes);
+        }
+        assert_eq!((limits.tracks, limits.state_bytes), (5, 1 << 32));
     }
 }

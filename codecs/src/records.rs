@@ -274,14 +274,11 @@ impl Session {
                 continue;
             }
             if !staged {
-                let grid = live.track.grid();
-                let buckets = live.first_bucket as usize;
-                let cells = live.first_cell as usize;
                 digest.track(
                     live.track.id,
                     live.transform.as_ref(),
-                    &self.state.buckets()[buckets..buckets + grid.bucket_count as usize],
-                    &self.state.cells()[cells..cells + grid.cell_capacity as usize],
+                    self.state.buckets_of(live),
+                    self.state.cells_of(live),
                 );
                 continue;
             }

@@ -7,9 +7,14 @@ use alloc::vec::Vec;
 pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) {
     let needed = items.len() + more;
     if needed > items.capacity() {
-        let wanted = needed.max(most.min(2 * items.capacity()));
+        let wanted = grown(items.capacity(), needed, most);
         items.reserve_exact(wanted - items.len());
     }
+}
+
+/// What a buffer of `capacity` items grows to for `needed` of them.
+pub(crate) fn grown(capacity: usize, needed: usize, most: usize) -> usize {
+    needed.max(most.min(2 * capacity))
 }
 
 #[cfg(test)]

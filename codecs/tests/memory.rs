@@ -94,34 +94,6 @@ fn push_all(decoder: &mut Decoder, bytes: &[u8], piece: usize) {
     }
 }
 
-/// A stream whose records are packed, where they were not before.
-fn packed(bytes: &[u8], packing: u8) -> Vec<u8> {
-    let mut out = bytes[..container::PREAMBLE_BYTES].to_vec();
-    for at in records(bytes) {
-        let mut h = header(bytes, at);
-        let payload = &bytes[at + 32..at + 32 + h.stored_bytes as usize];
-        let packing = if h.packing == 0 { packing } else { 0 };
-        let stored = match packing {
-            1 => lz4(payload),
-            2 => zstd::bulk::compress(payload, 15).unwrap(),
-            _ => payload.to_vec(),
-        };
-        h.packing = h.packing.max(packing);
-        h.stored_bytes = stored.len() as u32;
-        h.payload_crc = container::crc32c(&stored);
-        out.extend(h.to_bytes());
-        out.extend(stored);
-    }
-    out
-}
-
-fn lz4(payload: &[u8]) -> Vec<u8> {
-    let mut block = vec![0; lz4_flex::block::get_maximum_output_size(payload.len())];
-    let bytes = lz4_flex::block::compress_into(payload, &mut block).unwrap();
-    block.truncate(bytes);
-    block
-}
-
 /// Appends an unpacked record.
 fn raw_record(out: &mut Vec<u8>, sequence: u64, record_type: u16, payload: &[u8]) {
     let header = container::RecordHeader {

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use dapple_codec::points::{Bucket, Cell, EMPTY};
+use dapple_codec::points::{EMPTY, State};
 use dapple_codec::{Decoder, Event, GroupStart, LiveTrack, LookupSpace};
 
 /// The first line.
@@ -24,7 +24,7 @@ pub fn event(decoder: &Decoder, event: Event, out: &mut String) {
             let written = writeln!(out, "frame {} {} {digest:016x}", frame.number, frame.tick);
             for live in decoder.tracks() {
                 track(live, out);
-                buckets(decoder, live, out);
+                buckets(decoder.points(), live, out);
             }
             written
         }
@@ -74,14 +74,14 @@ fn track(live: &LiveTrack, out: &mut String) {
 }
 
 /// Each bucket that names a cell, with the cells in its order.
-fn buckets(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
+fn buckets(state: &State, live: &LiveTrack, out: &mut String) {
     let digits = live.track.grid().widths.bits() as usize / 4;
-    for (index, bucket) in track_buckets(decoder, live).iter().enumerate() {
+    for (index, bucket) in state.buckets_of(live).iter().enumerate() {
         if bucket.0[0] == EMPTY {
             continue;
         }
         let _ = write!(out, "bucket {} {index}", live.track.id);
-        for cell in cells_of(decoder, live, bucket) {
+        for cell in state.cells_in(live, bucket) {
             let _ = write!(out, " {}:", cell.key);
             let used = cell.points.iter().take_while(|&&point| point != 0);
             for (slot, point) in used.enumerate() {
@@ -91,25 +91,6 @@ fn buckets(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
         }
         out.push('\n');
     }
-}
-
-/// The committed buckets of a track.
-pub fn track_buckets<'d>(decoder: &'d Decoder, live: &LiveTrack) -> &'d [Bucket] {
-    let first = live.first_bucket as usize;
-    let count = live.track.grid().bucket_count as usize;
-    let all = decoder.points().buckets();
-    all.get(first..first + count).unwrap_or(&[])
-}
-
-/// The cells that a bucket of a track names, in its order.
-pub fn cells_of<'d>(
-    decoder: &'d Decoder,
-    live: &LiveTrack,
-    bucket: &'d Bucket,
-) -> impl Iterator<Item = &'d Cell> + use<'d> {
-    let first = live.first_cell as usize;
-    let used = bucket.0.iter().take_while(|&&entry| entry != EMPTY);
-    used.filter_map(move |&entry| decoder.points().cells().get(first + entry as usize))
 }
 
 fn floats(values: &[f32], out: &mut String) {

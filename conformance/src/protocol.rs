@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dapple_codec::{Decoder, Error, Layer, Limits, LiveTrack};
+use dapple_codec::{Decoder, Error, Limit, Limits, LiveTrack};
 
 use crate::dump;
 use crate::vector::Fault;
@@ -156,16 +156,10 @@ impl Arguments {
 pub fn limits(named: &BTreeMap<String, u64>) -> Result<Limits, String> {
     let mut limits = Limits::default();
     for (name, &value) in named {
-        let word = || u32::try_from(value).map_err(|_| format!("{name}: at most {}", u32::MAX));
-        match name.as_str() {
-            "stored_bytes" => limits.stored_bytes = word()?,
-            "unpacked_bytes" => limits.unpacked_bytes = word()?,
-            "frame_bytes" => limits.frame_bytes = word()?,
-            "zstd_window_bytes" => limits.zstd_window_bytes = word()?,
-            "tracks" => limits.tracks = word()?,
-            "path_bytes" => limits.path_bytes = word()?,
-            "state_bytes" => limits.state_bytes = value,
-            _ => return Err(format!("{name}: no such limit")),
+        let which = Limit::ALL.iter().find(|which| which.name() == name);
+        let &which = which.ok_or_else(|| format!("{name}: no such limit"))?;
+        if !limits.set(which, value) {
+            return Err(format!("{name}: at most {}", u32::MAX));
         }
     }
     Ok(limits)
@@ -199,7 +193,7 @@ fn stream(decoder: &mut Decoder, arguments: &Arguments, input: &[u8]) -> Answer 
         let _ = writeln!(
             output,
             "{{\"layer\":\"{}\",\"id\":{},\"offset\":{}}}",
-            layer(&error),
+            error.layer.name(),
             error.id,
             error.offset
         );
@@ -228,16 +222,6 @@ fn push(
         }
     }
     Ok(())
-}
-
-/// The name of an error's layer.
-pub fn layer(error: &Error) -> &'static str {
-    match error.layer {
-        Layer::Framing => "framing",
-        Layer::Record => "record",
-        Layer::Codec => "codec",
-        _ => "session",
-    }
 }
 
 /// The error of a decoder that is pushed on after one.
@@ -299,7 +283,7 @@ fn session(decoder: &mut Decoder, arguments: &Arguments, script: &[u8]) -> Resul
             let _ = writeln!(
                 output,
                 "error {} {} {}",
-                layer(&error),
+                error.layer.name(),
                 error.id,
                 error.offset
             );

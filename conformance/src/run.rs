@@ -268,7 +268,7 @@ impl Report {
 
 /// So many vectors in a row without an answer, and the rest are not asked: a decoder that does not
 /// start, or always hangs, is told of soon.
-const GIVE_UP: u32 = 10;
+const GIVE_UP: usize = 10;
 
 /// The check of a vector that a silent decoder was not asked about.
 pub const NOT_ASKED: &str = "not asked";

@@ -3,7 +3,6 @@
 
 use dapple_codec::points::{Cell, EMPTY, Grid};
 use dapple_codec::{Decoder, Event, Limits};
-use dapple_conformance::dump::{cells_of, track_buckets};
 use dapple_conformance::forge::Entry;
 use dapple_conformance::generate;
 use dapple_conformance::generate::frames::{Frames, entry, filled};
@@ -378,17 +377,17 @@ fn sample(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> f64 {
         let rim = [0, 1, 2].map(|axis| cube[axis].clamp(0.0, top[axis]) as u32);
         let key = grid.key(rim);
         if wrong(Unnamed) {
-            let first = live.first_cell as usize;
-            let cells = &decoder.points().cells()[first..first + grid.cell_capacity as usize];
+            let cells = decoder.points().cells_of(live);
             for cell in cells.iter().filter(|cell| cell.key == key) {
                 used(cell).for_each(|word| add(cube, word));
             }
             continue;
         }
         let index = bucket(grid, rim, wrong) as usize;
-        let bucket = &track_buckets(decoder, live)[index];
-        assert!(bucket.0[0] == EMPTY || cells_of(decoder, live, bucket).count() > 0);
-        for (entry, cell) in cells_of(decoder, live, bucket).enumerate() {
+        let state = decoder.points();
+        let bucket = &state.buckets_of(live)[index];
+        assert!(bucket.0[0] == EMPTY || state.cells_in(live, bucket).count() > 0);
+        for (entry, cell) in state.cells_in(live, bucket).enumerate() {
             if wrong(FirstEntry) && entry > 0 {
                 break;
             }

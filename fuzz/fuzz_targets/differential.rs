@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use dapple_codec::Limits;
+use dapple_codec::{Limit, Limits};
 use dapple_conformance::program::{Batch, Foreign};
 use dapple_conformance::protocol::{Arguments, Own, Program};
 use dapple_fuzz::mend::{Mend, mend};
@@ -62,14 +62,6 @@ fuzz_target!(|data: &[u8]| {
 });
 
 fn named(limits: &Limits) -> BTreeMap<String, u64> {
-    let values = [
-        ("stored_bytes", u64::from(limits.stored_bytes)),
-        ("unpacked_bytes", limits.unpacked_bytes.into()),
-        ("frame_bytes", limits.frame_bytes.into()),
-        ("zstd_window_bytes", limits.zstd_window_bytes.into()),
-        ("tracks", limits.tracks.into()),
-        ("path_bytes", limits.path_bytes.into()),
-        ("state_bytes", limits.state_bytes),
-    ];
-    values.map(|(name, value)| (name.to_string(), value)).into()
+    let value = |which: &Limit| (which.name().to_string(), limits.get(*which));
+    Limit::ALL.iter().map(value).collect()
 }

@@ -2,7 +2,7 @@
 //! committed state against the rules of the format.
 
 use dapple_codec::points::{BUCKET_ENTRIES, Bucket, Cell, EMPTY};
-use dapple_codec::{Decoder, Error, Event, Limits, LiveTrack, Track, Transform};
+use dapple_codec::{Decoder, Error, Event, Limits, Track, Transform};
 
 /// An event, and the digest of the state after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,8 +163,8 @@ impl Viewer {
             .map(|live| ShownTrack {
                 track: live.track.clone(),
                 transform: live.transform,
-                buckets: buckets(&self.decoder, live).to_vec(),
-                cells: cells(&self.decoder, live).to_vec(),
+                buckets: self.decoder.points().buckets_of(live).to_vec(),
+                cells: self.decoder.points().cells_of(live).to_vec(),
             })
             .collect()
     }
@@ -215,16 +215,6 @@ impl Viewer {
     }
 }
 
-fn buckets<'a>(decoder: &'a Decoder, live: &LiveTrack) -> &'a [Bucket] {
-    let first = live.first_bucket as usize;
-    &decoder.points().buckets()[first..first + live.track.grid().bucket_count as usize]
-}
-
-fn cells<'a>(decoder: &'a Decoder, live: &LiveTrack) -> &'a [Cell] {
-    let first = live.first_cell as usize;
-    &decoder.points().cells()[first..first + live.track.grid().cell_capacity as usize]
-}
-
 /// What holds of every committed state (`spec/points.md` §5, `spec/container.md` §6.3).
 fn check(decoder: &Decoder, limits: &Limits) {
     let tracks = decoder.tracks();
@@ -260,7 +250,9 @@ fn check(decoder: &Decoder, limits: &Limits) {
                     .all(|f| f.is_finite())
             );
         }
-        let cells = cells(decoder, live);
+        let (buckets, cells) = (points.buckets_of(live), points.cells_of(live));
+        assert_eq!(buckets.len(), grid.bucket_count as usize);
+        assert_eq!(cells.len(), grid.cell_capacity as usize);
         let there = 1u32 << (grid.widths.bits() - 1);
         for cell in cells {
             assert!(cell.key == EMPTY || u64::from(cell.key) < grid.volume());
@@ -274,7 +266,7 @@ fn check(decoder: &Decoder, limits: &Limits) {
                 "points are not compact"
             );
         }
-        for (index, Bucket(entries)) in (0u32..).zip(buckets(decoder, live)) {
+        for (index, Bucket(entries)) in (0u32..).zip(buckets) {
             let used = entries.iter().take_while(|&&e| e != EMPTY).count();
             assert!(
                 entries[used..].iter().all(|&e| e == EMPTY),

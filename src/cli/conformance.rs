@@ -9,9 +9,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Own, Program};
+use dapple_conformance::report;
 use dapple_conformance::run::{self, Extent, Level, Options, Report};
 use dapple_conformance::vector::{self, Vector};
-use dapple_conformance::{dump, report};
 use glam::Vec3;
 
 use super::progress::Progress;
@@ -163,10 +163,8 @@ fn vectors(args: &Args) -> std::result::Result<Vec<Vector>, String> {
 /// AO by Eq. 4 alone, at a grid-space position and normal.
 fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 3]) -> f32 {
     let grid = live.track.grid();
-    let first = live.first_cell as usize;
-    let cells = decoder.points().cells().get(first..).unwrap_or(&[]);
-    let cells = &cells[..cells.len().min(grid.cell_capacity as usize)];
-    let buckets = dump::track_buckets(decoder, live);
+    let state = decoder.points();
+    let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
     let (x, n) = (Vec3::from(x), Vec3::from(n));
     sample::sample(grid, buckets, cells, x, n, Fallback::One).ao
 }

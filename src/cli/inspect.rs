@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use super::records::RecordTotal;
-use super::stream::{self, FaultReport, Outcome, buckets, cells_of};
+use super::stream::{self, FaultReport, Outcome};
 use super::{output, tell};
 use crate::Result;
 use crate::codec::container::CONTAINER_VERSION;
@@ -155,8 +155,9 @@ impl TrackReport {
         let track = &live.track;
         let grid = track.grid();
         let (mut cells, mut points) = (0, 0);
-        for bucket in buckets(decoder, live) {
-            for cell in cells_of(decoder, live, bucket) {
+        let state = decoder.points();
+        for bucket in state.buckets_of(live) {
+            for cell in state.cells_in(live, bucket) {
                 cells += 1;
                 points += cell.points.iter().filter(|&&point| point != 0).count() as u64;
             }

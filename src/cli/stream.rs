@@ -7,8 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::records::RecordScan;
-use crate::codec::points::{Bucket, Cell, EMPTY};
-use crate::codec::{self, Decoder, Event, Kind, Layer, Limit, Limits, LiveTrack};
+use crate::codec::{self, Decoder, Event, Kind, Limits};
 use crate::{Error, Result};
 
 /// Bytes read at once.
@@ -91,32 +90,10 @@ pub fn decode(
     Ok(outcome)
 }
 
-/// The committed buckets of a track.
-pub fn buckets<'d>(decoder: &'d Decoder, live: &LiveTrack) -> &'d [Bucket] {
-    let first = live.first_bucket as usize;
-    let count = live.track.grid().bucket_count as usize;
-    decoder
-        .points()
-        .buckets()
-        .get(first..first + count)
-        .unwrap_or(&[])
-}
-
-/// The cells that a bucket of a track names, in its order.
-pub fn cells_of<'d>(
-    decoder: &'d Decoder,
-    live: &LiveTrack,
-    bucket: &'d Bucket,
-) -> impl Iterator<Item = &'d Cell> + use<'d> {
-    let first = live.first_cell as usize;
-    let used = bucket.0.iter().take_while(|&&entry| entry != EMPTY);
-    used.filter_map(move |&entry| decoder.points().cells().get(first + entry as usize))
-}
-
 /// A fault of a stream as a sentence that names the file, and the limit where one is exceeded.
 pub fn error(path: &Path, fault: &codec::Error) -> Error {
     let limit = match fault.kind {
-        Kind::LimitExceeded { which, .. } => format!("; the limit is {}", limit_name(which)),
+        Kind::LimitExceeded { which, .. } => format!("; the limit is {}", which.name()),
         _ => String::new(),
     };
     Error::Invalid(format!("{}: {fault}{limit}", path.display()))
@@ -143,34 +120,17 @@ pub struct FaultReport {
 impl FaultReport {
     /// The report of a fault.
     pub fn new(fault: &codec::Error) -> FaultReport {
-        let layer = match fault.layer {
-            Layer::Framing => "framing",
-            Layer::Record => "record",
-            Layer::Codec => "codec",
-            Layer::Session => "session",
-            _ => "unknown",
-        };
-        let (mut which, mut asked, mut allowed) = (None, None, None);
-        let kind = match fault.kind {
-            Kind::Malformed => "Malformed",
-            Kind::Truncated => "Truncated",
-            Kind::Unsupported => "Unsupported",
-            Kind::Checksum => "Checksum",
-            Kind::MissingBase => "MissingBase",
-            Kind::Usage => "Usage",
+        let (which, asked, allowed) = match fault.kind {
             Kind::LimitExceeded {
-                which: limit,
-                asked: claim,
-                allowed: bound,
-            } => {
-                (which, asked, allowed) = (Some(limit_name(limit)), Some(claim), Some(bound));
-                "LimitExceeded"
-            }
-            _ => "Unknown",
+                which,
+                asked,
+                allowed,
+            } => (Some(which.name()), Some(asked), Some(allowed)),
+            _ => (None, None, None),
         };
         FaultReport {
-            layer,
-            kind,
+            layer: fault.layer.name(),
+            kind: fault.kind.name(),
             id: fault.id,
             name: fault.name(),
             offset: fault.offset,
@@ -179,18 +139,5 @@ impl FaultReport {
             asked,
             allowed,
         }
-    }
-}
-
-fn limit_name(limit: Limit) -> &'static str {
-    match limit {
-        Limit::StoredBytes => "stored_bytes",
-        Limit::UnpackedBytes => "unpacked_bytes",
-        Limit::FrameBytes => "frame_bytes",
-        Limit::ZstdWindowBytes => "zstd_window_bytes",
-        Limit::Tracks => "tracks",
-        Limit::PathBytes => "path_bytes",
-        Limit::StateBytes => "state_bytes",
-        _ => "unknown",
     }
 }

@@ -173,20 +173,27 @@ impl Unpacker {
                 }
             }
             Packing::Zstd => {
-                check_zstd_frame(stored, out.len(), window_limit)?;
-                self.zstd(stored, out, window_limit).map_err(Failure::from)
+                let blocks = check_zstd_frame(stored, out.len(), window_limit)?;
+                self.zstd(stored, blocks, out, window_limit)
+                    .map_err(Failure::from)
             }
         }
     }
 
     #[cfg(feature = "std")]
-    fn zstd(&mut self, stored: &[u8], out: &mut [u8], _: u32) -> Result<(), Fault> {
+    fn zstd(&mut self, stored: &[u8], _: ZstdBlocks, out: &mut [u8], _: u32) -> Result<(), Fault> {
         self.zstd_native(stored, out)
     }
 
     #[cfg(not(feature = "std"))]
-    fn zstd(&mut self, stored: &[u8], out: &mut [u8], window_limit: u32) -> Result<(), Fault> {
-        self.zstd_portable(stored, out, window_limit)
+    fn zstd(
+        &mut self,
+        stored: &[u8],
+        blocks: ZstdBlocks,
+        out: &mut [u8],
+        window_limit: u32,
+    ) -> Result<(), Fault> {
+        self.zstd_portable(stored, blocks, out, window_limit)
     }
 
     #[cfg(feature = "std")]
@@ -202,8 +209,14 @@ impl Unpacker {
     }
 
     #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
-    fn zstd_portable(&mut self, stored: &[u8], out: &mut [u8], window: u32) -> Result<(), Fault> {
-        check_zstd_modes(stored)?;
+    fn zstd_portable(
+        &mut self,
+        stored: &[u8],
+        blocks: ZstdBlocks,
+        out: &mut [u8],
+        window: u32,
+    ) -> Result<(), Fault> {
+        check_zstd_sections(stored, blocks)?;
         let decoder = self.portable.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
         decoder.set_max_window_size(u64::from(window).max(1024));
@@ -286,7 +299,7 @@ pub fn unpack_zstd_twice(
     window: u32,
 ) -> Option<[Result<Vec<u8>, alloc::string::String>; 2]> {
     use alloc::string::ToString as _;
-    check_zstd_frame(frame, content, window).ok()?;
+    let blocks = check_zstd_frame(frame, content, window).ok()?;
     let mut unpacker = Unpacker::default();
     let (mut native, mut portable) = (alloc::vec![0; content], alloc::vec![0; content]);
     let first = unpacker.zstd_native(frame, &mut native).map_err(|_| {
@@ -297,7 +310,7 @@ pub fn unpack_zstd_twice(
         }
     });
     let second = unpacker
-        .zstd_portable(frame, &mut portable, window)
+        .zstd_portable(frame, blocks, &mut portable, window)
         .map_err(|_| {
             let mut out = alloc::vec![0; content];
             match FrameDecoder::new().decode_all(frame, &mut out) {
@@ -308,10 +321,24 @@ pub fn unpack_zstd_twice(
     Some([first.map(|()| native), second.map(|()| portable)])
 }
 
+/// The blocks of a frame.
+#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+#[derive(Clone, Copy)]
+struct ZstdBlocks {
+    /// Byte of the frame where the first one begins.
+    start: usize,
+    /// What one of them may hold, stored or unpacked.
+    most_bytes: u64,
+}
+
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
 /// dictionary, no content checksum (the record has its own), content size as the record says,
 /// window within the limit. So both zstd decoders see the same, and neither reserves more.
-fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(), Failure> {
+fn check_zstd_frame(
+    frame: &[u8],
+    content: usize,
+    window_limit: u32,
+) -> Result<ZstdBlocks, Failure> {
     let bad = Fault::ZstdFrame;
     let byte = |i: usize| frame.get(i).copied().map(u64::from).ok_or(bad);
     let little = |start: usize, count: usize| -> Result<u64, Fault> {
@@ -360,6 +387,10 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
             limit,
         ));
     }
+    let blocks = ZstdBlocks {
+        start: at,
+        most_bytes: ZSTD_BLOCK_BYTES.min(window),
+    };
     loop {
         let block = little(at, 3)?;
         let size = block >> 3;
@@ -369,7 +400,7 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
             _ => return Err(bad.into()),
         };
         // RFC 8878 has both bounds; of the two decoders, one holds raw blocks against the window.
-        if size > ZSTD_BLOCK_BYTES.min(window) {
+        if size > blocks.most_bytes {
             return Err(bad.into());
         }
         if block & 1 == 1 {
@@ -377,16 +408,17 @@ fn check_zstd_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<(
         }
     }
     if at == frame.len() {
-        Ok(())
+        Ok(blocks)
     } else {
         Err(bad.into())
     }
 }
 
-/// The two reserved bits in each compressed block of a frame that [`check_zstd_frame`] passed are
-/// zero (RFC 8878, 3.1.1.3.2.1). The portable decoder does not look at them, the native one does.
+/// What the native decoder checks in the compressed blocks of a frame that [`check_zstd_frame`]
+/// passed, and the portable one does not: the literals of a block are no more than the block may
+/// hold (RFC 8878, 3.1.1.2.4), and the two reserved bits of the modes are zero (3.1.1.3.2.1).
 #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
-fn check_zstd_modes(frame: &[u8]) -> Result<(), Fault> {
+fn check_zstd_sections(frame: &[u8], blocks: ZstdBlocks) -> Result<(), Fault> {
     let byte = |at: usize| frame.get(at).copied().ok_or(Fault::Zstd);
     let little = |at: usize, bytes: usize| -> Result<u64, Fault> {
         (0..bytes).try_fold(
@@ -394,10 +426,7 @@ fn check_zstd_modes(frame: &[u8]) -> Result<(), Fault> {
             |value, i| Ok(value | u64::from(byte(at + i)?) << (8 * i)),
         )
     };
-    let descriptor = byte(4)?;
-    let single_segment = descriptor & 0x20 != 0;
-    let size_bytes = [1, 2, 4, 8][usize::from(descriptor >> 6)];
-    let mut at = 5 + usize::from(!single_segment) + size_bytes;
+    let mut at = blocks.start;
     loop {
         let header = little(at, 3)?;
         let (kind, size) = (header >> 1 & 3, (header >> 3) as usize);
@@ -405,19 +434,23 @@ fn check_zstd_modes(frame: &[u8]) -> Result<(), Fault> {
         if kind == 2 {
             // Literals: type and format of the sizes, then the sizes and the literals (3.1.1.3.1).
             let head = little(at, size.min(5))?;
-            let (header_bytes, literals) = match (head & 3, head >> 2 & 3) {
-                (0, 0 | 2) => (1, head >> 3 & 0x1f),
-                (0, 1) => (2, head >> 4 & 0xfff),
-                (0, _) => (3, head >> 4 & 0xf_ffff),
-                (1, 0 | 2) => (1, 1),
-                (1, 1) => (2, 1),
-                (1, _) => (3, 1),
-                (_, 0 | 1) => (3, head >> 14 & 0x3ff),
-                (_, 2) => (4, head >> 18 & 0x3fff),
-                _ => (5, head >> 22 & 0x3_ffff),
+            // Bytes of the header, literals, and the bytes that they are stored in.
+            let (header_bytes, literals, stored) = match (head & 3, head >> 2 & 3) {
+                (0, 0 | 2) => (1, head >> 3 & 0x1f, None),
+                (0, 1) => (2, head >> 4 & 0xfff, None),
+                (0, _) => (3, head >> 4 & 0xf_ffff, None),
+                (1, 0 | 2) => (1, head >> 3 & 0x1f, Some(1)),
+                (1, 1) => (2, head >> 4 & 0xfff, Some(1)),
+                (1, _) => (3, head >> 4 & 0xf_ffff, Some(1)),
+                (_, 0 | 1) => (3, head >> 4 & 0x3ff, Some(head >> 14 & 0x3ff)),
+                (_, 2) => (4, head >> 4 & 0x3fff, Some(head >> 18 & 0x3fff)),
+                _ => (5, head >> 4 & 0x3_ffff, Some(head >> 22 & 0x3_ffff)),
             };
+            if literals > blocks.most_bytes {
+                return Err(Fault::Zstd);
+            }
             // Sequences: their count in one to three bytes, and if there are any the modes.
-            let count = at + header_bytes + literals as usize;
+            let count = at + header_bytes + stored.unwrap_or(literals) as usize;
             let modes = match byte(count)? {
                 0 => None,
                 1..128 => Some(count + 1),
@@ -470,11 +503,11 @@ mod tests {
             let payload = sample(size);
             for (level, lazy) in [(1, false), (3, false), (15, true), (19, false)] {
                 let frame = zstd_frame(level, lazy, &payload);
-                check_zstd_frame(&frame, size, 8 << 20).unwrap();
+                let blocks = check_zstd_frame(&frame, size, 8 << 20).unwrap();
                 let (mut native, mut portable) = (vec![0; size], vec![0; size]);
                 unpacker.zstd_native(&frame, &mut native).unwrap();
                 unpacker
-                    .zstd_portable(&frame, &mut portable, 8 << 20)
+                    .zstd_portable(&frame, blocks, &mut portable, 8 << 20)
                     .unwrap();
                 assert!(native == payload && portable == payload, "{size} {level}");
             }
@@ -492,11 +525,51 @@ mod tests {
         let mut unpacker = Unpacker::default();
         for modes in 0..4 {
             let frame = frame(modes);
-            check_zstd_frame(&frame, 16, 1024).unwrap();
+            let blocks = check_zstd_frame(&frame, 16, 1024).unwrap();
             let wanted = if modes == 0 { Ok(()) } else { Err(Fault::Zstd) };
             let mut out = [0; 16];
             assert_eq!(unpacker.zstd_native(&frame, &mut out), wanted);
-            assert_eq!(unpacker.zstd_portable(&frame, &mut out, 1024), wanted);
+            let portable = unpacker.zstd_portable(&frame, blocks, &mut out, 1024);
+            assert_eq!(portable, wanted);
+        }
+    }
+
+    /// What a block may hold is the window of 1 KiB, 128 KiB, or a content less than either.
+    #[test]
+    fn both_zstd_decoders_refuse_more_literals_than_a_block_may_hold() {
+        let mut unpacker = Unpacker::default();
+        for (window, content, most) in [
+            (Some(0), 3000u32, 1024u32),
+            (Some(10 << 3), 300_000, 128 << 10),
+            (None, 3000, 3000),
+            (None, 300_000, 128 << 10),
+        ] {
+            for more in [0, 1] {
+                let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd];
+                frame.push(if window.is_some() { 0x80 } else { 0xa0 });
+                frame.extend(window);
+                frame.extend(content.to_le_bytes());
+                // A block of one repeated literal and no sequences, then runs.
+                let first = most + more;
+                frame.extend([5 << 3 | 2 << 1 | u8::from(first >= content), 0, 0]);
+                frame.extend(&(first << 4 | 3 << 2 | 1).to_le_bytes()[..3]);
+                frame.extend([7, 0]);
+                let mut left = content.saturating_sub(first);
+                while left > 0 {
+                    let run = left.min(most);
+                    left -= run;
+                    let header = run << 3 | 1 << 1 | u32::from(left == 0);
+                    frame.extend(&header.to_le_bytes()[..3]);
+                    frame.push(7);
+                }
+                let size = content as usize;
+                let blocks = check_zstd_frame(&frame, size, 8 << 20).unwrap();
+                let mut out = vec![0; size];
+                let wanted = if more == 0 { Ok(()) } else { Err(Fault::Zstd) };
+                assert_eq!(unpacker.zstd_native(&frame, &mut out), wanted);
+                let portable = unpacker.zstd_portable(&frame, blocks, &mut out, 8 << 20);
+                assert_eq!(portable, wanted, "{content} {most} {more}");
+            }
         }
     }
 
@@ -508,12 +581,12 @@ mod tests {
         for bit in 0..frame.len() * 8 {
             let mut damaged = frame.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
-            if check_zstd_frame(&damaged, payload.len(), 8 << 20).is_err() {
+            let Ok(blocks) = check_zstd_frame(&damaged, payload.len(), 8 << 20) else {
                 continue;
-            }
+            };
             let (mut native, mut portable) = (vec![0; 2000], vec![0; 2000]);
             let a = unpacker.zstd_native(&damaged, &mut native);
-            let b = unpacker.zstd_portable(&damaged, &mut portable, 8 << 20);
+            let b = unpacker.zstd_portable(&damaged, blocks, &mut portable, 8 << 20);
             if a.is_ok() && b.is_ok() {
                 assert_eq!(native, portable, "bit {bit}");
             }
@@ -553,7 +626,8 @@ mod tests {
                 frame.extend(&(size << 3 | 1 << 1 | last).to_le_bytes()[..3]);
                 frame.push(b'a');
             }
-            check_zstd_frame(&frame, 2048, 8 << 20).map_err(|failure| failure.fault)
+            let checked = check_zstd_frame(&frame, 2048, 8 << 20);
+            checked.map(|_| ()).map_err(|failure| failure.fault)
         };
         assert_eq!(check(&[1024, 1024]), Ok(()));
         assert_eq!(check(&[1025, 1023]), Err(Fault::ZstdFrame));
@@ -564,7 +638,10 @@ mod tests {
     fn zstd_frames_that_are_not_plain_are_refused() {
         let payload = sample(5000);
         let frame = zstd_frame(3, false, &payload);
-        let check = |frame: &[u8]| check_zstd_frame(frame, 5000, 8 << 20).map_err(|f| f.fault);
+        let check = |frame: &[u8]| {
+            let checked = check_zstd_frame(frame, 5000, 8 << 20);
+            checked.map(|_| ()).map_err(|f| f.fault)
+        };
         assert_eq!(check(&frame), Ok(()));
         assert_eq!(check(&[&frame[..], &[0]].concat()), Err(Fault::ZstdFrame));
         assert_eq!(
@@ -575,7 +652,7 @@ mod tests {
             assert_eq!(check(&frame[..end]), Err(Fault::ZstdFrame));
         }
         let window = check_zstd_frame(&frame, 5000, 4999).map_err(|f| f.fault);
-        assert_eq!(window, Err(Fault::ZstdWindow));
+        assert_eq!(window.err(), Some(Fault::ZstdWindow));
         let mut with_checksum = zstd::bulk::Compressor::new(3).unwrap();
         with_checksum.include_checksum(true).unwrap();
         assert_eq!(

@@ -9,7 +9,7 @@ use super::sections::{BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_
 use super::state::region;
 use super::{Bucket, CELL_POINTS, Cell, State, StateDigest};
 use crate::error::Fault;
-use crate::room::make_room;
+use crate::room::{grown, make_room};
 use crate::track::LiveTrack;
 
 /// Bytes before the entries of a payload, and of an entry.
@@ -47,7 +47,9 @@ impl StagedPoints {
         let end = self.used + bytes;
         if self.used == 0 && self.bytes.capacity() < bytes {
             // Nothing in it to copy.
+            let wanted = grown(self.bytes.capacity(), bytes, most);
             self.bytes = Vec::new();
+            self.bytes.reserve_exact(wanted);
         }
         if self.bytes.len() < end {
             let more = end - self.bytes.len();
@@ -55,6 +57,12 @@ impl StagedPoints {
             self.bytes.resize(end, 0);
         }
         &mut self.bytes[self.used..end]
+    }
+
+    /// Bytes that are reserved.
+    #[cfg(test)]
+    pub(super) fn room_bytes(&self) -> usize {
+        self.bytes.capacity()
     }
 
     /// Checks the payload in the room and keeps it. `emptied`: the frame starts from nothing.

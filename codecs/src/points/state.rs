@@ -6,7 +6,7 @@ use core::hash::Hasher as _;
 use super::{Bucket, Cell, EMPTY, Grid};
 use crate::error::{Failure, Fault, Limit};
 use crate::ranges::FreeRanges;
-use crate::track::Track;
+use crate::track::{LiveTrack, Track};
 use crate::transforms::Transform;
 
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
@@ -52,6 +52,35 @@ impl State {
     /// Cells of all tracks.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
+    }
+
+    /// The buckets of a track; none where the track is not of this state.
+    pub fn buckets_of(&self, live: &LiveTrack) -> &[Bucket] {
+        part(
+            &self.buckets,
+            live.first_bucket,
+            live.track.grid().bucket_count,
+        )
+    }
+
+    /// The cells of a track, free ones too; none where the track is not of this state.
+    pub fn cells_of(&self, live: &LiveTrack) -> &[Cell] {
+        part(
+            &self.cells,
+            live.first_cell,
+            live.track.grid().cell_capacity,
+        )
+    }
+
+    /// The cells that a bucket of a track names, in its order.
+    pub fn cells_in<'s>(
+        &'s self,
+        live: &LiveTrack,
+        bucket: &'s Bucket,
+    ) -> impl Iterator<Item = &'s Cell> + use<'s> {
+        let cells = self.cells_of(live);
+        let used = bucket.0.iter().take_while(|&&entry| entry != EMPTY);
+        used.filter_map(|&entry| cells.get(entry as usize))
     }
 
     /// Buckets that changed since [`crate::Decoder::clear_dirty`]: ascending, merged, few. A track
@@ -180,6 +209,12 @@ fn place(free: &mut FreeRanges, end: &mut u64, length: u32) -> u64 {
     let start = *end;
     *end += u64::from(length);
     start
+}
+
+/// A track's region, or nothing where it is not all there.
+fn part<T>(items: &[T], first: u32, count: u32) -> &[T] {
+    let from = items.get(first as usize..).unwrap_or(&[]);
+    from.get(..count as usize).unwrap_or(&[])
 }
 
 /// The range of a track's region.

@@ -33,7 +33,11 @@ pub fn text(report: &Report) -> String {
     }
     let mut not_asked = 0;
     for outcome in report.outcomes.iter().filter(|outcome| outcome.failed()) {
-        if outcome.failures.iter().any(|failure| failure.check == NOT_ASKED) {
+        if outcome
+            .failures
+            .iter()
+            .any(|failure| failure.check == NOT_ASKED)
+        {
             not_asked += 1;
             continue;
         }
