@@ -47,15 +47,15 @@ impl Kind {
     }
 }
 
-/// What a vector shows of its clauses: the class that the clauses have in the specification.
+/// Of a clause, its sort; of a vector, what it comes to, whatever the class of its clauses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
-    /// A decoder must refuse it, with this error.
+    /// Refused with an error.
     Reject,
-    /// A decoder that gets the clause wrong gives another dump.
+    /// Decoded or looked up in: a decoder that gets it wrong gives another dump or AO.
     Value,
-    /// What a decoder does, and not what it shows.
+    /// What a decoder does, and not what it shows: of vectors, the sessions.
     Behaviour,
 }
 
@@ -104,7 +104,7 @@ pub struct Info {
     pub clauses: Vec<String>,
     /// Container version that it first came with.
     pub since: u16,
-    /// Class of the clauses.
+    /// What it comes to.
     pub class: Class,
     /// What it shows, in a sentence.
     pub comment: String,

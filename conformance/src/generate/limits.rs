@@ -3,7 +3,7 @@
 mod claims;
 mod state;
 
-use crate::forge::{Entry, Forge, HEADER, Pack, commit, group, kind, points, tracks, words};
+use crate::forge::{Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, tracks, words};
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::packing::{FIRST_PAYLOAD, Frame, first_stored, raw};
@@ -176,6 +176,24 @@ fn frame_bytes(drafts: &mut Vec<Draft>) {
         &["P-014"],
         "The points of a frame in two records of a track each.",
         payload_of(split, at::POINTS + 1),
+    );
+    // Each record has a header of 16 bytes and 12 of its track.
+    let three = [1, 2, 3].map(Entry::new);
+    let mut plan = Plan::of([
+        (kind::STREAM, words(&[60, 1])),
+        (kind::TRACK, tracks(&three)),
+        (kind::GROUP, group(0, 0, 0)),
+    ]);
+    for entry in &three {
+        plan = plan.then(kind::POINTS, points(None, &[Part::of(entry)]));
+    }
+    edge(
+        drafts,
+        ("frame_bytes", 84),
+        (4009, "frame-of-three-records"),
+        &["P-014"],
+        "The points of a frame in three records of 28 bytes.",
+        payload_of(plan.then(kind::COMMIT, commit(0, 0, None)), at::POINTS + 2),
     );
     for (name, pack) in [("frame-lz4", Pack::Lz4), ("frame-zstd", Pack::Zstd(0))] {
         let (start, bytes) = usual_packed(at::POINTS, pack);

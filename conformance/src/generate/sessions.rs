@@ -2,6 +2,7 @@
 //! hand, in outline; a test holds our decoder against it.
 
 mod failures;
+mod faults;
 mod loss;
 
 use crate::forge::{Forge, HEADER, commit, group, kind, points, tracks};
@@ -83,6 +84,8 @@ fn cases() -> Vec<Case> {
     failures::tracks_in_lost_stretches(&mut all);
     failures::ends(&mut all);
     failures::sequences(&mut all);
+    faults::in_a_search(&mut all);
+    faults::of_later_entries(&mut all);
     control(&mut all);
     pieces(&mut all);
     all

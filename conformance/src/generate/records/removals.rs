@@ -309,5 +309,17 @@ pub fn removal_faults(drafts: &mut Vec<Draft>) {
                 .then(kind::TRACK, tracks(&[two_tracks()[1].clone()]))
                 .then(kind::COMMIT, commit(5, 3, None)),
         ),
+        refused(
+            (2005, "id-of-an-ended-track-after-a-declaration"),
+            &["C-082", "C-074"],
+            at::DELTA + 3,
+            "A track is declared again after it has ended, and after a live one of a lower id was.",
+            one()
+                .then(kind::TRACK_REMOVE, removal(&[2]))
+                .then(kind::COMMIT, commit(4, 2, None))
+                .then(kind::TRACK, tracks(&[two_tracks()[0].clone()]))
+                .then(kind::TRACK, tracks(&[two_tracks()[1].clone()]))
+                .then(kind::COMMIT, commit(5, 3, None)),
+        ),
     ]);
 }

@@ -198,7 +198,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
             format!("{FIRST}, {gap}, group 1 keyframes, error record 2019 {}, resume yes, {LAST}",
                 points_at(&declare) - shorter)),
         case("declare-changed-in-lost-stretch", &["C-118", "C-075"],
-            "A live track is declared with other content in a search: the record is as if it had not come.",
+            "A live track is declared with other content in a search: the record counts, and has no other effect.",
             {
                 let changed = Entry { radius: 0.125, ..Entry::new(1) };
                 let forge = stream((kind::TRACK, tracks(&[changed])), &kept);
@@ -299,7 +299,7 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     all.push(case(
         "end-short-in-a-search",
         &["C-118", "C-120"],
-        "In a search, an end of 15 bytes is as if it had not come.",
+        "In a search, an end of 15 bytes is not reported, and the stream has not ended.",
         pushed(&forge.bytes).resume().finish(),
         format!("{FIRST}, {fault}, error framing 1019 {}", forge.bytes.len()),
     ));

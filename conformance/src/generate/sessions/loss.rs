@@ -232,14 +232,14 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
     all.push(case(
         "damaged-group-in-a-search",
         &["C-118", "C-119"],
-        "The group that a search would find is damaged: it is as if it had not come.",
+        "The group that a search would find is damaged: it counts, and the search goes on.",
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {LAST}", crc(at::DELTA)),
     ));
     let mut both = damaged(&forge, at::DELTA);
     both[s[at::TRACK_AGAIN] + HEADER] ^= 1;
     all.push(case("damaged-tracks-in-a-search", &["C-118"],
-        "Tracks that are live anyway are declared in a damaged record: it is as if it had not come.",
+        "Tracks that are live anyway are declared in a damaged record: it counts, and has no other effect.",
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {rest}", crc(at::DELTA))));
     // The record comes once more, whole.
@@ -380,6 +380,27 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
             )
         },
     );
+    let mut forge = Forge::new();
+    for (index, (record_type, payload)) in long().records.iter().enumerate() {
+        forge.put_with(*record_type, Pack::None, payload, |h| match index {
+            at::DELTA => h.sequence = 2,
+            at::TRANSFORMS => h.sequence = 3,
+            _ => {}
+        });
+    }
+    forge.end();
+    let s = &forge.starts;
+    all.push(case(
+        "due-after-an-old-header",
+        &["C-116", "C-117"],
+        "An old record comes, and the one after it: the sequence due is not taken from the first, so the second is old too.",
+        pushed(&forge.bytes).resume().resume().finish(),
+        format!(
+            "{FIRST}, error framing 1009 {}, resume yes, error framing 1009 {}, resume yes, {rest}",
+            s[at::DELTA],
+            s[at::TRANSFORMS]
+        ),
+    ));
     // Twice: the search meets an unknown critical record.
     let mut forge = Forge::new();
     for (index, (record_type, payload)) in long().records.iter().enumerate() {
