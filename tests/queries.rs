@@ -67,7 +67,10 @@ fn check(vector: &Vector, results: &[f32]) {
         let steps = f64::from(*ao) * 65536.0;
         let [low, high] = query.ao.map(f64::from);
         let path = vector.path();
-        assert!((low..=high).contains(&steps), "{path}: {steps} for {query:?}");
+        assert!(
+            (low..=high).contains(&steps),
+            "{path}: {steps} for {query:?}"
+        );
     }
 }
 

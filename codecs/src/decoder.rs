@@ -5,7 +5,7 @@ mod steps;
 use alloc::vec::Vec;
 
 use crate::Limits;
-use crate::container::compress::Unpacker;
+use crate::container::unpack::Unpacker;
 use crate::container::{HEADER_BYTES, RecordHeader};
 use crate::error::{Fault, Result};
 use crate::points::State;

@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::hash::Hasher as _;
 
-use crate::container::compress::Packer;
+use crate::container::pack::Packer;
 use crate::container::{
     CONTAINER_VERSION, Compression, Preamble, RecordHeader, crc32c, profile, record_type,
 };

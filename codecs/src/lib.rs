@@ -135,7 +135,7 @@ mod wire;
 #[cfg(all(fuzzing, feature = "std"))]
 #[doc(hidden)]
 pub mod fuzzing {
-    pub use crate::container::compress::unpack_zstd_twice;
+    pub use crate::container::zstd::unpack_zstd_twice;
 }
 
 pub use container::Compression;

@@ -1,6 +1,6 @@
 //! What a stream may ask of the machine that decodes it.
 
-use crate::container::compress::Unpacker;
+use crate::container::unpack::Unpacker;
 use crate::error::Limit;
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among

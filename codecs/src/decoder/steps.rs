@@ -4,7 +4,7 @@ use core::hash::Hasher as _;
 use core::mem;
 
 use super::{Decoder, Event, Phase, Recovery};
-use crate::container::compress::Unpacker;
+use crate::container::unpack::Unpacker;
 use crate::container::{
     HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };

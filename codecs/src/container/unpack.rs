@@ -1,0 +1,56 @@
+//! Unpacking of record payloads.
+
+use super::header::Packing;
+use super::zstd::ZstdDecoders;
+use super::{lz4, zstd};
+use crate::error::{Failure, Fault};
+
+/// Unpacks payloads; keeps its tables from one to the next.
+#[derive(Default)]
+pub(crate) struct Unpacker {
+    zstd: ZstdDecoders,
+}
+
+impl Unpacker {
+    /// Rejects what the lengths alone show to be impossible, before `unpacked` bytes are reserved.
+    pub(crate) fn check_lengths(packing: u8, stored: u32, unpacked: u32) -> Result<Packing, Fault> {
+        let (stored, unpacked) = (u64::from(stored), u64::from(unpacked));
+        let (packing, possible) = match packing {
+            0 => (Packing::None, stored == unpacked),
+            1 => (Packing::Lz4, unpacked <= stored * lz4::RATIO),
+            2 => (Packing::Zstd, unpacked <= stored / 4 * zstd::BLOCK_BYTES),
+            _ => return Err(Fault::Compression),
+        };
+        if possible {
+            Ok(packing)
+        } else {
+            Err(Fault::Length)
+        }
+    }
+
+    /// Fills `out`, whose length the record header gave, from `stored`.
+    pub(crate) fn unpack(
+        &mut self,
+        packing: Packing,
+        stored: &[u8],
+        out: &mut [u8],
+        window_limit: u32,
+    ) -> Result<(), Failure> {
+        match packing {
+            Packing::None => {
+                if stored.len() != out.len() {
+                    return Err(Fault::Length.into());
+                }
+                out.copy_from_slice(stored);
+                Ok(())
+            }
+            Packing::Lz4 => lz4::unpack(stored, out).map_err(Failure::from),
+            Packing::Zstd => self.zstd.unpack(stored, out, window_limit),
+        }
+    }
+
+    /// The most bytes that the decompressors have allocated at once. lz4 takes none.
+    pub(crate) fn heap_bytes(window: u32) -> u64 {
+        zstd::heap_bytes(window)
+    }
+}
