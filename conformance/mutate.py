@@ -23,7 +23,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Modules of the decoder, those that check first.
 FILES = """points/check.rs points/decode.rs points/sections.rs records.rs session.rs track.rs transforms.rs
-decoder/steps.rs container/header.rs container/preamble.rs container/compress.rs points/mod.rs wire.rs
+decoder/steps.rs container/header.rs container/preamble.rs container/unpack.rs container/zstd.rs
+container/lz4.rs points/mod.rs wire.rs
 decoder.rs points/hash.rs points/state.rs ranges.rs""".split()
 # What is the encoder's, builds only without `std`, or tells the caller what no dump shows.
 OTHER = re.compile(r"""Packer|write|put_|to_bytes|fmt|\bhz\b|zstd_portable|decode_blocks|unpack_zstd_twice|compressor
