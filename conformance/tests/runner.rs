@@ -363,7 +363,8 @@ fn vectors_are_read_with_care() {
     let without = |files: &mut BTreeMap<String, Vec<u8>>| drop(files.remove("manifest.json"));
     assert_eq!(loaded(&good, without), "5 read");
     // What a vector of the kind does not state, with a manifest that fits.
-    let changes: [(usize, fn(&mut Info), &str); 10] = [
+    type Change = fn(&mut Info);
+    let changes: [(usize, Change, &str); 10] = [
         (
             1,
             |i| i.limits = BTreeMap::from([("tracks;true".into(), 1)]),
