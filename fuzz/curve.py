@@ -50,25 +50,37 @@ HEAD = ("| target | minutes | core minutes | executions | a core second | edges 
         "| --- | --- | --- | --- | --- | --- | --- | --- |")
 
 
+LOWEST = 90  # percent; the seeds alone give as much, but for a target that starts from nothing
+
+
 def svg(targets):
     """Edges over time, each target as a share of its own last value."""
-    width, height, left, low = 900, 420, 60, 380
+    width, height, left, low, top = 900, 420, 60, 380, 40
     longest = max(t.seconds for t in targets) or 1
+
+    def y(percent):
+        return low - (low - top) * (max(percent, LOWEST) - LOWEST) / (100 - LOWEST)
+
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">',
            f'<rect width="{width}" height="{height}" fill="white"/>']
-    for percent in (0, 25, 50, 75, 100):
-        y = low - 3.4 * percent
-        out.append(f'<path d="M{left} {y}H700" stroke="#ddd"/><text x="{left - 8}" y="{y + 4}" text-anchor="end">{percent} %</text>')
+    for percent in range(LOWEST, 101, 2):
+        out.append(f'<path d="M{left} {y(percent):.1f}H700" stroke="#ddd"/><text x="{left - 8}" y="{y(percent) + 4:.1f}" text-anchor="end">{percent} %</text>')
     for part in range(5):
         x = left + 640 * part / 4
         out.append(f'<text x="{x}" y="{low + 18}" text-anchor="middle">{longest * part / 240:.1f} min</text>')
     for i, t in enumerate(targets):
-        points = " ".join(f"{left + 640 * s / longest:.1f},{low - 340 * e / max(t.edges, 1):.1f}" for s, _, e, _ in t.curve)
+        # A point where the number of edges changes, and the last.
+        curve = [here for here, before in zip(t.curve, [None, *t.curve]) if not before or here[2] != before[2]]
+        points, last = "", None
+        for seconds, _, edges, _ in [*curve, t.curve[-1]]:
+            x, percent = left + 640 * seconds / longest, 100 * edges / max(t.edges, 1)
+            points += f"{x:.1f},{y(percent if last is None else last):.1f} {x:.1f},{y(percent):.1f} "
+            last = percent
         colour = COLOURS[i % len(COLOURS)]
-        out.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
+        out.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.5"/>'
                    f'<text x="715" y="{60 + 22 * i}" fill="{colour}">{t.name}: {t.edges:,} edges</text>')
     out.append("</svg>")
-    return "\n".join(out)
+    return "\n".join(out) + "\n"
 
 
 def main():
