@@ -2,9 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
-use crate::run::{Level, Options};
-use crate::vector::{Fault, Kind, Query, Vector, sha256};
+use crate::options::{Level, Options};
+use crate::protocol::{Answer, Arguments, Fault, Mode, Own, Program, Status, split};
+use crate::vector::{Kind, Query, Vector, sha256};
 
 /// A check that failed.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -11,6 +11,7 @@ pub mod dump;
 pub mod forge;
 #[cfg(feature = "generate")]
 pub mod generate;
+pub mod options;
 pub mod program;
 pub mod protocol;
 pub mod report;

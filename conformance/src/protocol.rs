@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use dapple_codec::{Decoder, Error, Limit, Limits, LiveTrack};
+use serde::{Deserialize, Serialize};
 
 use crate::dump;
-use crate::vector::Fault;
 
 /// What to do with the input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +47,18 @@ pub enum Status {
     NeedInput = 2,
     /// The decoder does not do this.
     NotImplemented = 89,
+}
+
+/// A fault as the protocol reports it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// `framing`, `record`, `codec` or `session`.
+    pub layer: String,
+    /// Stable number.
+    pub id: u16,
+    /// Byte offset in the stream.
+    pub offset: u64,
 }
 
 /// An answer.

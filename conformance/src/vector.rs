@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::protocol;
+use crate::protocol::{self, Fault};
 
 /// What sort of vector it is: the folder it lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -68,18 +68,6 @@ impl Class {
             Class::Behaviour => "behaviour",
         }
     }
-}
-
-/// A fault as the protocol reports it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Fault {
-    /// `framing`, `record`, `codec` or `session`.
-    pub layer: String,
-    /// Stable number.
-    pub id: u16,
-    /// Byte offset in the stream.
-    pub offset: u64,
 }
 
 /// A look-up and the interval that its result must lie in.

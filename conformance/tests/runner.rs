@@ -6,9 +6,10 @@ use std::time::Duration;
 
 use dapple_conformance::checks::query_input;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
+use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program, Status, split};
-use dapple_conformance::run::{Extent, Level, Options, Outcome, Report, Verdict, run, skips};
+use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
 use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, files_of, load, sha256};
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");

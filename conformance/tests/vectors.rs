@@ -3,8 +3,9 @@
 
 use std::thread;
 
+use dapple_conformance::options::{Extent, Options};
 use dapple_conformance::protocol::Own;
-use dapple_conformance::run::{Extent, Options, run};
+use dapple_conformance::run::run;
 use dapple_conformance::vector::{self, Vector};
 
 #[test]

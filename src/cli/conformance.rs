@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
+use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Own, Program};
 use dapple_conformance::report;
-use dapple_conformance::run::{self, Extent, Level, Options, Report};
+use dapple_conformance::run::{self, Report};
 use dapple_conformance::vector::{self, Vector};
 use glam::Vec3;
 

@@ -2,7 +2,8 @@ use std::fmt::Write as _;
 
 use super::escaped;
 use crate::clauses::{self, Clause};
-use crate::run::{Level, Outcome, Report, Verdict};
+use crate::options::Level;
+use crate::run::{Outcome, Report, Verdict};
 
 const STYLE: &str = include_str!("page.css");
 

@@ -1,6 +1,7 @@
 use serde_json::{Map, Value, json};
 
-use crate::run::{Level, Outcome, Report, Verdict};
+use crate::options::Level;
+use crate::run::{Outcome, Report, Verdict};
 
 /// One JSON document: counts by level and area, and what came of every vector.
 pub fn json(report: &Report) -> String {

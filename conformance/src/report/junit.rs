@@ -1,7 +1,8 @@
 use std::fmt::Write as _;
 
 use super::escaped;
-use crate::run::{Level, Outcome, Report, Verdict};
+use crate::options::Level;
+use crate::run::{Outcome, Report, Verdict};
 
 /// JUnit XML: a suite a level, a case a vector.
 pub fn junit(report: &Report) -> String {

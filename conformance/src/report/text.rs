@@ -1,6 +1,7 @@
 use std::fmt::Write as _;
 
-use crate::run::{Level, NOT_ASKED, Report, Verdict};
+use crate::options::Level;
+use crate::run::{NOT_ASKED, Report, Verdict};
 
 /// Counts by level and area, then every vector that failed, and why; then what was skipped.
 pub fn text(report: &Report) -> String {
