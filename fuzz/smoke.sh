@@ -3,6 +3,6 @@
 #   fuzz/smoke.sh [SECONDS]
 set -euo pipefail
 cd "$(dirname "$0")"
-cargo +nightly fuzz --version >/dev/null 2>&1 || cargo install --locked cargo-fuzz
+cargo +nightly fuzz --version >/dev/null 2>&1 || cargo install --locked cargo-fuzz@0.13.2
 ./seeds.sh
 ./campaign.sh "${1:-10}"
