@@ -288,9 +288,8 @@ mod the_client {
         for (live, track) in decoder.tracks().iter().zip(server.tracks()) {
             let (grid, store) = (live.track.grid(), &track.store);
             assert_eq!(grid, store.grid());
-            let (b, c) = (live.first_bucket as usize, live.first_cell as usize);
-            let buckets = &decoder.points().buckets()[b..b + grid.bucket_count as usize];
-            let cells = &decoder.points().cells()[c..c + grid.cell_capacity as usize];
+            let buckets = decoder.points().buckets_of(live);
+            let cells = decoder.points().cells_of(live);
             assert!(
                 words(grid, buckets, cells) == words(grid, store.buckets(), store.cells()),
                 "{} differs in frame {frame}",

@@ -6,21 +6,9 @@ use dapple_codec::{Decoder, Event, Limits};
 use dapple_conformance::forge::Entry;
 use dapple_conformance::generate;
 use dapple_conformance::generate::frames::{Frames, entry, filled};
+use dapple_conformance::generate::queries::Draw;
 use dapple_conformance::generate::sampling::{all, look_up, occlusion, place, within_block};
 use dapple_conformance::vector::{Kind, Query, Vector};
-
-/// A linear congruential generator.
-struct Draw(u64);
-
-impl Draw {
-    fn below(&mut self, bound: u32) -> u32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        ((self.0 >> 33) % u64::from(bound)) as u32
-    }
-}
 
 #[test]
 fn the_oracle_finds_what_a_search_over_all_points_finds() {
@@ -136,98 +124,71 @@ fn questions_at_a_threshold_are_refused() {
     assert!(within_block(&held, [at; 3]).is_ok_and(|points| points.len() == 1));
 }
 
-/// What a sampler may get wrong. Cutting coordinates off towards 0 is not among them: it differs from
-/// the floor below 0 alone, where the block has the rim's cubes either way as far as r reaches.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Mistake {
-    /// Every cell of a bucket counts.
-    NoKey,
-    /// A cube's first cell alone counts.
-    FirstCell,
-    /// A bucket's first entry alone counts.
-    FirstEntry,
-    /// Cells count that no bucket names.
-    Unnamed,
-    /// The first track is asked.
-    FirstTrack,
-    OwnCube,
-    FartherSide,
-    UpperSide,
-    /// Cubes beyond the grid are those at its rim.
-    Clamp,
-    HashOf64Bits,
-    HashReducedEarly,
-    HashWithoutZ,
-    /// The cube is searched at its key.
-    HashIsKey,
-    NoTn,
-    /// The cosine may have any sign.
-    EitherNormal,
-    NoTd,
-    /// The cosine of Eq. 3 is held against T_d without its square.
-    NoSquare,
-    /// Points at the fragment are left out.
-    NoPointAtFragment,
-    CornerOfStep,
-    PositionToTheEnd,
-    PositionsReversed,
-    AoBelowOne,
-    NormalOverAll,
-    LowestNotClamped,
-    NormalUnsigned,
-    NormalsSwapped,
-    NoFold,
-    FoldWithNewU,
-    FoldWithoutSign,
-    /// n_x is taken as it comes.
-    NormalAsGiven,
-    EqualWeights,
-    /// `1 - (d / r)^2`.
-    SquaredWeights,
-    HalfTheEdge,
-    NotDivided,
-    ClosedWithoutPoints,
+/// An enum, and a list of all its variants.
+macro_rules! listed {
+    ($(#[$doc:meta])* enum $name:ident, $all:ident { $($(#[$about:meta])* $variant:ident,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        enum $name { $($(#[$about])* $variant,)* }
+        const $all: &[$name] = &[$($name::$variant,)*];
+    };
+}
+
+listed! {
+    /// What a sampler may get wrong. Cutting coordinates off towards 0 is not among them: it differs from
+    /// the floor below 0 alone, where the block has the rim's cubes either way as far as r reaches.
+    enum Mistake, MISTAKES {
+        /// Every cell of a bucket counts.
+        NoKey,
+        /// A cube's first cell alone counts.
+        FirstCell,
+        /// A bucket's first entry alone counts.
+        FirstEntry,
+        /// Cells count that no bucket names.
+        Unnamed,
+        /// The first track is asked.
+        FirstTrack,
+        OwnCube,
+        FartherSide,
+        UpperSide,
+        /// Cubes beyond the grid are those at its rim.
+        Clamp,
+        HashOf64Bits,
+        HashReducedEarly,
+        HashWithoutZ,
+        /// The cube is searched at its key.
+        HashIsKey,
+        NoTn,
+        /// The cosine may have any sign.
+        EitherNormal,
+        NoTd,
+        /// The cosine of Eq. 3 is held against T_d without its square.
+        NoSquare,
+        /// Points at the fragment are left out.
+        NoPointAtFragment,
+        CornerOfStep,
+        PositionToTheEnd,
+        PositionsReversed,
+        AoBelowOne,
+        NormalOverAll,
+        LowestNotClamped,
+        NormalUnsigned,
+        NormalsSwapped,
+        NoFold,
+        FoldWithNewU,
+        FoldWithoutSign,
+        /// n_x is taken as it comes.
+        NormalAsGiven,
+        EqualWeights,
+        /// `1 - (d / r)^2`.
+        SquaredWeights,
+        HalfTheEdge,
+        NotDivided,
+        ClosedWithoutPoints,
+    }
 }
 
 use Mistake::*;
-
-const MISTAKES: [Mistake; 35] = [
-    NoKey,
-    FirstCell,
-    FirstEntry,
-    Unnamed,
-    FirstTrack,
-    OwnCube,
-    FartherSide,
-    UpperSide,
-    Clamp,
-    HashOf64Bits,
-    HashReducedEarly,
-    HashWithoutZ,
-    HashIsKey,
-    NoTn,
-    EitherNormal,
-    NoTd,
-    NoSquare,
-    NoPointAtFragment,
-    CornerOfStep,
-    PositionToTheEnd,
-    PositionsReversed,
-    AoBelowOne,
-    NormalOverAll,
-    LowestNotClamped,
-    NormalUnsigned,
-    NormalsSwapped,
-    NoFold,
-    FoldWithNewU,
-    FoldWithoutSign,
-    NormalAsGiven,
-    EqualWeights,
-    SquaredWeights,
-    HalfTheEdge,
-    NotDivided,
-    ClosedWithoutPoints,
-];
 
 type V = [f64; 3];
 
@@ -452,7 +413,8 @@ fn each_mistake_of_a_sampler_shows() {
     };
     assert_eq!(failures(None), [""; 0], "a sampler without a mistake");
     let unseen: Vec<Mistake> = MISTAKES
-        .into_iter()
+        .iter()
+        .copied()
         .filter(|&mistake| {
             let names = failures(Some(mistake));
             println!("{mistake:?}: {} vectors, {:?}", names.len(), names.first());

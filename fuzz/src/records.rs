@@ -206,14 +206,13 @@ fn points(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         .filter(|live| ids.contains(&live.track.id))
     {
         let grid = *live.track.grid();
-        let first = (live.first_bucket as usize, live.first_cell as usize);
         let old = |index: u32| match keyframe {
             true => Cell::FREE,
-            false => decoder.points().cells()[first.1 + index as usize],
+            false => decoder.points().cells_of(live)[index as usize],
         };
         let old_bucket = |index: u32| match keyframe {
             true => Bucket::EMPTY,
-            false => decoder.points().buckets()[first.0 + index as usize],
+            false => decoder.points().buckets_of(live)[index as usize],
         };
         let (buckets, cells) = content(u, &grid, old, old_bucket)?;
         put(

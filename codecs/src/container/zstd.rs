@@ -154,23 +154,27 @@ struct Blocks {
     most_bytes: u64,
 }
 
+/// The little-endian number in `bytes` bytes of a frame, up to 8; `None` beyond its end.
+fn little(frame: &[u8], at: usize, bytes: usize) -> Option<u64> {
+    let bytes = frame.get(at..)?.get(..bytes)?;
+    Some(
+        bytes
+            .iter()
+            .rev()
+            .fold(0, |value, &byte| value << 8 | u64::from(byte)),
+    )
+}
+
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
 /// dictionary, no content checksum (the record has its own), content size as the record says,
 /// window within the limit. So both zstd decoders see the same, and neither reserves more.
 fn check_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<Blocks, Failure> {
     let bad = Fault::ZstdFrame;
-    let byte = |i: usize| frame.get(i).copied().map(u64::from).ok_or(bad);
-    let little = |start: usize, count: usize| -> Result<u64, Fault> {
-        let mut value = 0;
-        for i in 0..count {
-            value |= byte(start + i)? << (8 * i);
-        }
-        Ok(value)
-    };
+    let little = |at, bytes| little(frame, at, bytes).ok_or(bad);
     if little(0, 4)? != 0xfd2f_b528 {
         return Err(bad.into());
     }
-    let descriptor = byte(4)?;
+    let descriptor = little(4, 1)?;
     let single_segment = descriptor & 0x20 != 0;
     // Unused and reserved bits, content checksum, dictionary id: all zero.
     if descriptor & 0x1f != 0 {
@@ -179,7 +183,7 @@ fn check_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<Blocks
     let mut at = 5;
     let mut window = None;
     if !single_segment {
-        let field = byte(at)?;
+        let field = little(at, 1)?;
         let base = 1u64 << (10 + (field >> 3));
         window = Some(base + base / 8 * (field & 7));
         at += 1;
@@ -238,13 +242,7 @@ fn check_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<Blocks
 /// hold (RFC 8878, 3.1.1.2.4), and the two reserved bits of the modes are zero (3.1.1.3.2.1).
 #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
 fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), Fault> {
-    let byte = |at: usize| frame.get(at).copied().ok_or(Fault::Zstd);
-    let little = |at: usize, bytes: usize| -> Result<u64, Fault> {
-        (0..bytes).try_fold(
-            0,
-            |value, i| Ok(value | u64::from(byte(at + i)?) << (8 * i)),
-        )
-    };
+    let little = |at, bytes| little(frame, at, bytes).ok_or(Fault::Zstd);
     let mut at = blocks.start;
     loop {
         let header = little(at, 3)?;
@@ -270,15 +268,15 @@ fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), Fault> {
             }
             // Sequences: their count in one to three bytes, and if there are any the modes.
             let count = at + header_bytes + stored.unwrap_or(literals) as usize;
-            let modes = match byte(count)? {
+            let modes = match little(count, 1)? {
                 0 => None,
                 1..128 => Some(count + 1),
-                128 if byte(count + 1)? == 0 => None,
+                128 if little(count + 1, 1)? == 0 => None,
                 128..255 => Some(count + 2),
-                255 => Some(count + 3),
+                _ => Some(count + 3),
             };
             if let Some(modes) = modes
-                && byte(modes)? & 3 != 0
+                && little(modes, 1)? & 3 != 0
             {
                 return Err(Fault::Zstd);
             }

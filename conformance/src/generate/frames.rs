@@ -43,7 +43,8 @@ impl Held {
         self.cells.clear();
     }
 
-    fn write(&mut self, keyframe: bool, part: &Part) {
+    /// Takes in a part of a keyframe or delta.
+    pub fn write(&mut self, keyframe: bool, part: &Part) {
         if keyframe {
             self.clear();
         }
@@ -85,6 +86,13 @@ impl Held {
             }
         }
     }
+}
+
+/// Digest of a state, its tracks by ascending id (`spec/container.md` §7, `spec/points.md` §6).
+pub fn digest(tracks: &[Held]) -> u64 {
+    let mut digest = XxHash64::with_seed(0);
+    tracks.iter().for_each(|held| held.digest(&mut digest));
+    digest.finish()
 }
 
 /// A stream in the making. Its records are put as they are called for; what they mean is kept.
@@ -234,11 +242,9 @@ impl Frames {
         self
     }
 
-    /// Digest of the committed state (`spec/container.md` §7, `spec/points.md` §6).
+    /// Digest of the committed state.
     pub fn digest(&self) -> u64 {
-        let mut digest = XxHash64::with_seed(0);
-        self.held.iter().for_each(|held| held.digest(&mut digest));
-        digest.finish()
+        digest(&self.held)
     }
 
     /// The whole stream.

@@ -7,7 +7,7 @@ mod limits;
 mod packing;
 mod plan;
 mod points;
-mod queries;
+pub mod queries;
 mod records;
 pub mod sampling;
 mod sessions;

@@ -1,14 +1,10 @@
 //! The usual stream as a list of records: a vector alters one of them, and the rest still fits, so
 //! that a decoder which misses the fault comes to a good end.
 
-use std::hash::Hasher as _;
-
-use twox_hash::XxHash64;
-
-use super::Draft;
+use super::{Draft, frames};
 use crate::forge::{
-    Entry, Forge, HEADER, Header, IDENTITY, Pack, Part, commit, floats, group, kind, points,
-    removal, tracks, transforms, words,
+    Entry, Forge, HEADER, Header, IDENTITY, Pack, Part, commit, group, kind, points, removal,
+    tracks, transforms, words,
 };
 
 /// The area of all vectors that are built from here.
@@ -219,28 +215,15 @@ pub fn moved(x: f32) -> [f32; 12] {
 /// What a track holds, for a digest: its transform and the part that a keyframe would give it.
 pub type Held<'p> = (u32, Option<[f32; 12]>, Option<&'p Part>);
 
-/// State digest of tracks, ids ascending (container.md §7, points.md §6).
+/// State digest of tracks, ids ascending.
 pub fn digest(tracks: &[Held<'_>]) -> u64 {
-    let mut digest = XxHash64::with_seed(0);
-    for (id, transform, part) in tracks {
-        digest.write(&words(&[*id, u32::from(transform.is_some())]));
-        digest.write(&floats(&transform.unwrap_or([0.0; 12])));
-        let Some(part) = part else { continue };
-        for (index, entries) in &part.buckets {
-            digest.write(&words(&[*index, entries.len() as u32]));
-            for entry in entries {
-                let mut cells = part.cells.iter();
-                let (_, key, points) = cells.find(|cell| cell.0 == *entry).cloned().unwrap_or((
-                    0,
-                    u32::MAX,
-                    Vec::new(),
-                ));
-                let mut words_of_cell = [0; 8];
-                words_of_cell[0] = key;
-                words_of_cell[1..=points.len()].copy_from_slice(&points);
-                digest.write(&words(&words_of_cell));
-            }
+    let held = tracks.iter().map(|&(id, transform, part)| {
+        let mut held = frames::Held::new(&Entry::new(id));
+        held.transform = transform;
+        if let Some(part) = part {
+            held.write(true, part);
         }
-    }
-    digest.finish()
+        held
+    });
+    frames::digest(&held.collect::<Vec<_>>())
 }

@@ -48,11 +48,11 @@ fn oriented(entry: &Entry, position: [u32; 3], normal: [i32; 2], ao: u32) -> u32
 }
 
 /// Small numbers, the same on every machine.
-struct Draw(u64);
+pub struct Draw(pub u64);
 
 impl Draw {
     /// 0 to `bound - 1`.
-    fn below(&mut self, bound: u32) -> u32 {
+    pub fn below(&mut self, bound: u32) -> u32 {
         self.0 = self
             .0
             .wrapping_mul(6364136223846793005)
