@@ -286,7 +286,7 @@ mod the_client {
         assert_eq!(decoder.tracks().len(), server.tracks().len());
         let mut digest = StateDigest::new();
         for (live, track) in decoder.tracks().iter().zip(server.tracks()) {
-            let (grid, store) = (live.track.grid(), &track.store);
+            let (grid, store) = (live.track.grid().unwrap(), &track.store);
             assert_eq!(grid, store.grid());
             let buckets = decoder.points().buckets_of(live);
             let cells = decoder.points().cells_of(live);

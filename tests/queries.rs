@@ -36,10 +36,13 @@ fn decoded(vector: &Vector) -> Decoded {
             _ => {}
         }
     }
-    let track = |live: &dapple::codec::LiveTrack| PointsTrack {
-        grid: *live.track.grid(),
-        first_bucket: live.first_bucket,
-        first_cell: live.first_cell,
+    let track = |live: &dapple::codec::LiveTrack| {
+        let place = decoder.points().place_of(live).expect("a track of points");
+        PointsTrack {
+            grid: place.grid,
+            first_bucket: place.first_bucket,
+            first_cell: place.first_cell,
+        }
     };
     let tracks = decoder.tracks().iter().map(track).collect();
     Decoded { decoder, tracks }
@@ -83,7 +86,15 @@ fn on_the_cpu() {
             let state = decoded.decoder.points();
             let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
             let (x, n) = place(query);
-            sample(live.track.grid(), buckets, cells, x, n, Fallback::One).ao
+            sample(
+                live.track.grid().unwrap(),
+                buckets,
+                cells,
+                x,
+                n,
+                Fallback::One,
+            )
+            .ao
         };
         let results: Vec<f32> = vector.info.queries.iter().map(ao).collect();
         check(&vector, &results);

@@ -115,9 +115,9 @@ fn stream(compression: Compression, first: u32) -> (Vec<u8>, Vec<usize>) {
     encoder
         .transforms(&mut bytes, &[transform], compression)
         .expect("transforms");
-    let (bucket, a) = cell(tracks[0].grid(), [1, 2, 3], 7, 0.5);
-    let (_, b) = cell(tracks[0].grid(), [1, 2, 3], 2, 1.0);
-    let (other, c) = cell(tracks[1].grid(), [0, 0, 1], 3, 0.25);
+    let (bucket, a) = cell(tracks[0].grid().unwrap(), [1, 2, 3], 7, 0.5);
+    let (_, b) = cell(tracks[0].grid().unwrap(), [1, 2, 3], 2, 1.0);
+    let (other, c) = cell(tracks[1].grid().unwrap(), [0, 0, 1], 3, 0.25);
     let updates = [
         Update {
             track: 1,
@@ -140,7 +140,7 @@ fn stream(compression: Compression, first: u32) -> (Vec<u8>, Vec<usize>) {
     encoder.commit(&mut bytes, 10, None).expect("commit");
     commits.push(bytes.len());
 
-    let (_, a) = cell(tracks[0].grid(), [1, 2, 3], 6, 0.75);
+    let (_, a) = cell(tracks[0].grid().unwrap(), [1, 2, 3], 6, 0.75);
     let update = Update {
         track: 1,
         bucket_indices: &[],

@@ -255,7 +255,7 @@ impl Decoder {
 
     /// State of the `points` tracks as of the last commit.
     pub fn points(&self) -> &State {
-        &self.session.state
+        &self.session.parts.points.state
     }
 
     /// Frame number and tick of the last commit.
@@ -270,8 +270,7 @@ impl Decoder {
 
     /// The dirty ranges have been uploaded.
     pub fn clear_dirty(&mut self) {
-        self.session.state.clear_dirty();
-        self.session.transforms_dirty = false;
+        self.session.clear_dirty();
     }
 
     /// Digest of the committed state (`spec/points.md`, state digest).

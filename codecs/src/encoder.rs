@@ -7,10 +7,12 @@ use crate::container::pack::Packer;
 use crate::container::{
     CONTAINER_VERSION, Compression, Preamble, RecordHeader, crc32c, profile, record_type,
 };
+use crate::content::Coverage;
 use crate::error::{Failure, Fault, Result};
-use crate::points::{self, Coverage, Update};
+use crate::model::Model;
+use crate::points::{self, Update};
 use crate::session::{Commit, End, GroupStart, TickRate};
-use crate::track::{Model, Track, write_removed, write_tracks};
+use crate::track::{Track, write_removed, write_tracks};
 use crate::transforms::{Transform, write_transforms};
 
 /// A `points` call is split into records of about this many payload bytes, well below what the
@@ -50,7 +52,7 @@ pub struct Encoder {
     written: u64,
     groups: u32,
     /// Declared tracks, ids ascending.
-    tracks: Vec<(u32, points::Grid)>,
+    tracks: Vec<(u32, Model)>,
     /// Last committed frame.
     frame: Option<u32>,
 }
@@ -99,10 +101,10 @@ impl Encoder {
             write_tracks(tracks, payload)
         })?;
         for track in tracks {
-            let Model::Points(grid) = track.model;
+            let model = track.model;
             match self.tracks.binary_search_by_key(&track.id, |&(id, _)| id) {
-                Ok(at) => self.tracks[at].1 = grid,
-                Err(at) => self.tracks.insert(at, (track.id, grid)),
+                Ok(at) => self.tracks[at].1 = model,
+                Err(at) => self.tracks.insert(at, (track.id, model)),
             }
         }
         Ok(())
@@ -173,11 +175,8 @@ impl Encoder {
         };
         let start = out.len();
         let tracks = core::mem::take(&mut self.tracks);
-        let grid_of = |id: u32| {
-            tracks
-                .binary_search_by_key(&id, |&(id, _)| id)
-                .ok()
-                .map(|at| &tracks[at].1)
+        let grid_of = |id: u32| match model_of(&tracks, id)? {
+            Model::Points(grid) => Ok(grid),
         };
         let mut rest = updates;
         let mut result = Ok(());
@@ -292,4 +291,10 @@ impl Encoder {
         self.written += (out.len() - start) as u64;
         Ok(())
     }
+}
+
+/// The model of a declared track.
+fn model_of(tracks: &[(u32, Model)], id: u32) -> core::result::Result<&Model, Fault> {
+    let at = tracks.binary_search_by_key(&id, |&(id, _)| id);
+    Ok(&tracks[at.map_err(|_| Fault::UnknownTrack)?].1)
 }

@@ -117,11 +117,16 @@ extern crate alloc;
 extern crate std;
 
 pub mod container;
+mod content;
 mod decoder;
+mod digest;
+mod dirty;
 mod encoder;
 mod error;
 mod faults;
+mod frame;
 mod limits;
+mod model;
 pub mod points;
 mod ranges;
 mod records;
@@ -139,11 +144,15 @@ pub mod fuzzing {
 }
 
 pub use container::Compression;
+pub use content::Coverage;
 pub use decoder::{Decoder, Event};
+pub use digest::StateDigest;
+pub use dirty::DirtyRange;
 pub use encoder::{Encoder, EncoderConfig};
 pub use error::{Error, Kind, Layer, Limit, Result};
 pub use limits::Limits;
+pub use model::Model;
 pub use records::FrameInfo;
 pub use session::{GroupStart, TickRate};
-pub use track::{LiveTrack, LookupSpace, Model, Target, Track};
+pub use track::{LiveTrack, LookupSpace, Target, Track};
 pub use transforms::Transform;

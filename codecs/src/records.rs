@@ -3,9 +3,12 @@
 use alloc::vec::Vec;
 
 use crate::Limits;
+use crate::content::Base;
+use crate::digest::StateDigest;
 use crate::error::{Failure, Fault, Limit};
+use crate::frame::FrameBytes;
 use crate::limits::TRACK_BYTES;
-use crate::points::{Hasher, StagedPoints, State, StateDigest};
+use crate::model::{Kind, Parts};
 use crate::room::make_room;
 use crate::session::{Commit, GroupStart, TickRate};
 use crate::track::{LiveTrack, Track, read_removed, read_tracks};
@@ -18,7 +21,7 @@ const _: () = assert!(
         + size_of::<LiveTrack>()
         + size_of::<usize>()
         + size_of::<(usize, Transform)>()
-        + StagedPoints::TRACK_BYTES
+        + Parts::TRACK_BYTES
         + 7 * size_of::<(u32, u32)>()
         <= TRACK_BYTES as usize
 );
@@ -44,7 +47,7 @@ pub(crate) struct Session {
     pub(crate) rate: Option<TickRate>,
     /// Ids ascending.
     pub(crate) tracks: Vec<LiveTrack>,
-    pub(crate) state: State,
+    pub(crate) parts: Parts,
     /// Frame number and tick of the last commit.
     pub(crate) last: Option<(u32, u64)>,
     pub(crate) transforms_dirty: bool,
@@ -55,7 +58,8 @@ pub(crate) struct Session {
     open: bool,
     /// The next frame starts from an empty state.
     emptied: bool,
-    staged: StagedPoints,
+    /// Payloads of model records.
+    frame: FrameBytes,
     staged_transforms: Vec<(usize, Transform)>,
     has_transforms: bool,
     /// Tracks of a record in the making.
@@ -83,8 +87,8 @@ impl Session {
             GroupStart::Keyframes => {
                 self.emptied = true;
                 for live in self.tracks.iter().filter(|live| live.filled) {
-                    self.state
-                        .expect_nothing(live.track.grid(), live.first_cell);
+                    let part = self.parts.of_mut(live.track.model.kind());
+                    part.expect_nothing(live.track.id);
                 }
             }
             GroupStart::State(digest) => {
@@ -135,22 +139,35 @@ impl Session {
             Ok(())
         })?;
         let known = self.tracks.len();
-        let places = self.state.add_tracks(&self.declared, limits.state_bytes)?;
-        make_room(&mut self.tracks, places.len(), limits.tracks as usize);
-        for (track, (first_bucket, first_cell)) in self.declared.drain(..).zip(places) {
-            self.tracks.push(LiveTrack {
-                hasher: Hasher::new(track.grid()),
-                track,
-                first_bucket,
-                first_cell,
-                transform: None,
-                staged: false,
-                filled: false,
-                removed: false,
-            });
-        }
+        self.add(limits)?;
         self.next_id = next_id;
         Ok((self.tracks.len() - known) as u32)
+    }
+
+    /// Adds the tracks that a record declared, or none.
+    fn add(&mut self, limits: &Limits) -> Result<(), Failure> {
+        if self.declared.is_empty() {
+            return Ok(());
+        }
+        let (most, limit) = (limits.state_bytes, limits.tracks as usize);
+        let parts = self.parts.all();
+        let asked = parts.map(|part| part.plan(&self.declared).unwrap_or(u64::MAX));
+        let sum = asked.iter().fold(0u64, |sum, &a| sum.saturating_add(a));
+        if sum > most || asked.contains(&u64::MAX) {
+            return Err(Failure::limit(
+                Fault::StateLimit,
+                Limit::StateBytes,
+                sum,
+                most,
+            ));
+        }
+        for (part, asked) in self.parts.all().into_iter().zip(asked) {
+            part.add(&self.declared, most - (sum - asked), limit);
+        }
+        make_room(&mut self.tracks, self.declared.len(), limit);
+        self.tracks
+            .extend(self.declared.drain(..).map(LiveTrack::new));
+        Ok(())
     }
 
     pub(crate) fn remove(&mut self, payload: &[u8]) -> Result<(), Failure> {
@@ -189,14 +206,14 @@ impl Session {
         Ok(())
     }
 
-    /// Room for a `points` payload of the frame, to be filled before [`Session::points`].
-    pub(crate) fn points_room(
+    /// Room for a model record's payload, to be filled before [`Session::content`].
+    pub(crate) fn content_room(
         &mut self,
         bytes: usize,
         limits: &Limits,
     ) -> Result<&mut [u8], Failure> {
         self.needs_group()?;
-        let asked = self.staged.used() as u64 + bytes as u64;
+        let asked = self.frame.used() as u64 + bytes as u64;
         let allowed = u64::from(limits.frame_bytes);
         if asked > allowed {
             return Err(Failure::limit(
@@ -206,15 +223,18 @@ impl Session {
                 allowed,
             ));
         }
-        Ok(self.staged.room(bytes, limits.frame_bytes as usize))
+        Ok(self.frame.room(bytes, limits.frame_bytes as usize))
     }
 
-    pub(crate) fn points(&mut self, bytes: usize) -> Result<(), Failure> {
-        let last = self.last.map(|(frame, _)| frame);
+    pub(crate) fn content(&mut self, kind: Kind, bytes: usize) -> Result<(), Failure> {
+        let base = Base {
+            emptied: self.emptied,
+            last_frame: self.last.map(|(frame, _)| frame),
+        };
         self.open = true;
-        Ok(self
-            .staged
-            .stage(bytes, self.emptied, last, &mut self.state, &mut self.tracks)?)
+        let (frame, payload) = self.frame.keep(bytes);
+        let part = self.parts.of_mut(kind);
+        Ok(part.stage(frame, payload, base, &mut self.tracks)?)
     }
 
     pub(crate) fn commit(&mut self, payload: &[u8]) -> Result<FrameInfo, Failure> {
@@ -228,7 +248,7 @@ impl Session {
                 return Err(Fault::Tick.into());
             }
         }
-        self.staged.sort();
+        self.parts.all().into_iter().for_each(|part| part.seal());
         if commit
             .digest
             .is_some_and(|digest| digest != self.digest(true))
@@ -236,9 +256,25 @@ impl Session {
             return Err(Fault::StateDigest.into());
         }
         // From here on nothing fails.
-        let counts = self
-            .staged
-            .apply(self.emptied, &mut self.state, &mut self.tracks);
+        let mut info = FrameInfo {
+            number: commit.frame,
+            tick: commit.tick,
+            buckets: 0,
+            cells: 0,
+            transforms: self.staged_transforms.len() as u32,
+        };
+        for part in self.parts.all() {
+            part.apply(self.frame.get(), &mut info);
+        }
+        for live in &mut self.tracks {
+            if live.staged {
+                live.filled = true;
+            } else if self.emptied && live.filled {
+                let part = self.parts.of_mut(live.track.model.kind());
+                part.empty(live.track.id);
+                live.filled = false;
+            }
+        }
         if self.emptied {
             self.tracks
                 .iter_mut()
@@ -248,22 +284,15 @@ impl Session {
             self.tracks[at].transform = Some(transform);
         }
         self.transforms_dirty |= self.has_transforms || self.emptied;
-        let transforms = self.staged_transforms.len() as u32;
         for live in self.tracks.iter().filter(|live| live.removed) {
-            self.state
-                .remove_track(live.track.grid(), live.first_bucket, live.first_cell);
+            let part = self.parts.of_mut(live.track.model.kind());
+            part.remove(live.track.id);
         }
         self.tracks.retain(|live| !live.removed);
-        self.state.settle_dirty();
+        self.parts.all().into_iter().for_each(|part| part.settle());
         self.last = Some((commit.frame, commit.tick));
         self.close();
-        Ok(FrameInfo {
-            number: commit.frame,
-            tick: commit.tick,
-            buckets: counts.buckets,
-            cells: counts.cells,
-            transforms,
-        })
+        Ok(info)
     }
 
     /// Digest of the committed state, or of the state as the frame in the making leaves it.
@@ -273,13 +302,10 @@ impl Session {
             if staged && live.removed {
                 continue;
             }
+            let part = self.parts.of(live.track.model.kind());
             if !staged {
-                digest.track(
-                    live.track.id,
-                    live.transform.as_ref(),
-                    self.state.buckets_of(live),
-                    self.state.cells_of(live),
-                );
+                digest.header(live.track.id, live.transform.as_ref());
+                part.digest(live.track.id, &mut digest);
                 continue;
             }
             let found = self
@@ -295,16 +321,16 @@ impl Session {
                 live.track.id,
                 found.map(|(_, transform)| transform).or(kept),
             );
-            self.staged
-                .digest_track(slot, live, self.emptied, &self.state, &mut digest);
+            part.digest_staged(live.track.id, self.frame.get(), self.emptied, &mut digest);
         }
         digest.finish()
     }
 
     /// Drops the frame in the making. Removals stay: a stream that goes on counts on them.
     pub(crate) fn revert(&mut self) {
-        self.staged
-            .revert(self.emptied, &mut self.state, &mut self.tracks);
+        for part in self.parts.all() {
+            part.revert(self.emptied, &self.tracks);
+        }
         self.close();
     }
 
@@ -313,14 +339,24 @@ impl Session {
         self.revert();
         self.rate = None;
         self.tracks.clear();
-        self.state.reset();
+        self.parts.all().into_iter().for_each(|part| part.reset());
         self.last = None;
         self.transforms_dirty = false;
         self.next_id = 0;
         self.in_group = false;
     }
 
+    pub(crate) fn clear_dirty(&mut self) {
+        self.parts
+            .all()
+            .into_iter()
+            .for_each(|part| part.clear_dirty());
+        self.transforms_dirty = false;
+    }
+
     fn close(&mut self) {
+        self.tracks.iter_mut().for_each(|live| live.staged = false);
+        self.frame.clear();
         self.open = false;
         self.emptied = false;
         self.has_transforms = false;

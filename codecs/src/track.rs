@@ -5,16 +5,10 @@ use alloc::vec::Vec;
 
 use crate::Limits;
 use crate::error::{Failure, Fault, Limit};
-use crate::points::{Grid, Hasher, PointWidths};
+use crate::model::{Kind, Model};
+use crate::points::Grid;
 use crate::transforms::Transform;
-use crate::wire::{Reader, pad4, put_f32, put_u16, put_u32, put_u64, rows};
-
-/// Number of the model `points`.
-const MODEL_POINTS: u16 = 1;
-/// Number of the coding `cells` of the model `points`.
-const CODING_CELLS: u16 = 0;
-/// Bytes of an entry of a `points` track without its path.
-const ENTRY_BYTES: usize = 132;
+use crate::wire::{Reader, pad4, put_f32, put_u16, put_u32, put_u64};
 
 /// Light data of one mesh instance.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,19 +47,12 @@ pub enum LookupSpace {
     Rest,
 }
 
-/// Model of a track with its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Model {
-    /// `points` in the coding `cells`.
-    Points(Grid),
-}
-
 impl Track {
-    /// The grid of a `points` track.
-    pub fn grid(&self) -> &Grid {
-        let Model::Points(grid) = &self.model;
-        grid
+    /// The grid of a `points` track; none of another model.
+    pub fn grid(&self) -> Option<&Grid> {
+        match &self.model {
+            Model::Points(grid) => Some(grid),
+        }
     }
 
     /// The rules that hold for a track by itself.
@@ -91,19 +78,16 @@ impl Track {
         if (0..3).any(|axis| self.aabb_min[axis] > self.aabb_max[axis]) {
             return Err(Fault::Aabb.into());
         }
-        Ok(self.grid().check()?)
+        Ok(self.model.check(self.space)?)
     }
 
     fn read(entry: &[u8], limits: &Limits) -> Result<Track, Failure> {
         let mut r = Reader::new(entry, Fault::PayloadSize);
         let _size = r.u32()?;
         let id = r.u32()?;
-        if r.u16()? != MODEL_POINTS {
-            return Err(Fault::Model.into());
-        }
-        if r.u16()? != CODING_CELLS {
-            return Err(Fault::Coding.into());
-        }
+        let kind = Kind::of_number(r.u16()?)?;
+        let coding = r.u16()?;
+        kind.check_coding(coding)?;
         let space = match r.u8()? {
             0 => LookupSpace::Mesh,
             1 => LookupSpace::Rest,
@@ -118,23 +102,7 @@ impl Track {
         }
         let aabb_min = r.floats()?;
         let aabb_max = r.floats()?;
-        let grid_from_mesh = rows(r.floats()?);
-        let dims = [r.u16()?, r.u16()?, r.u16()?];
-        if r.u16()? != 0 {
-            return Err(Fault::PayloadReserved.into());
-        }
-        let cell_edge = r.f32()?;
-        let radius = r.f32()?;
-        let widths = PointWidths {
-            position: r.u8()?,
-            normal: r.u8()?,
-            ao: r.u8()?,
-        };
-        if r.u8()? != 0 {
-            return Err(Fault::PayloadReserved.into());
-        }
-        let bucket_count = r.u32()?;
-        let cell_capacity = r.u32()?;
+        let model = kind.read(coding, &mut r)?;
         if u32::from(path_bytes) > limits.path_bytes {
             let (asked, allowed) = (u64::from(path_bytes), u64::from(limits.path_bytes));
             return Err(Failure::limit(
@@ -163,15 +131,7 @@ impl Track {
             aabb_min,
             aabb_max,
             space,
-            model: Model::Points(Grid {
-                grid_from_mesh,
-                dims,
-                cell_edge,
-                radius,
-                widths,
-                bucket_count,
-                cell_capacity,
-            }),
+            model,
         };
         track.check(limits.path_bytes)?;
         Ok(track)
@@ -180,12 +140,10 @@ impl Track {
     fn write(&self, out: &mut Vec<u8>) -> Result<(), Failure> {
         self.check(u32::from(u16::MAX))?;
         let start = out.len();
-        let grid = self.grid();
-        let size = (ENTRY_BYTES + self.target.path.len()).next_multiple_of(4);
-        put_u32(out, size as u32);
+        put_u32(out, 0);
         put_u32(out, self.id);
-        put_u16(out, MODEL_POINTS);
-        put_u16(out, CODING_CELLS);
+        put_u16(out, self.model.kind().number());
+        put_u16(out, self.model.coding());
         out.push(match self.space {
             LookupSpace::Mesh => 0,
             LookupSpace::Rest => 1,
@@ -195,18 +153,12 @@ impl Track {
         put_u64(out, self.target.application_id);
         put_u64(out, self.target.content_hash.unwrap_or(0));
         let floats = self.aabb_min.iter().chain(&self.aabb_max);
-        floats
-            .chain(grid.grid_from_mesh.as_flattened())
-            .for_each(|&value| put_f32(out, value));
-        grid.dims.iter().for_each(|&dim| put_u16(out, dim));
-        put_u16(out, 0);
-        put_f32(out, grid.cell_edge);
-        put_f32(out, grid.radius);
-        out.extend([grid.widths.position, grid.widths.normal, grid.widths.ao, 0]);
-        put_u32(out, grid.bucket_count);
-        put_u32(out, grid.cell_capacity);
+        floats.for_each(|&value| put_f32(out, value));
+        self.model.write(out);
         out.extend_from_slice(self.target.path.as_bytes());
         pad4(out, start);
+        let size = (out.len() - start) as u32;
+        out[start..start + 4].copy_from_slice(&size.to_le_bytes());
         Ok(())
     }
 }
@@ -216,13 +168,8 @@ impl Track {
 pub struct LiveTrack {
     /// What was declared.
     pub track: Track,
-    /// Index of its first bucket in [`crate::points::State::buckets`].
-    pub first_bucket: u32,
-    /// Index of its first cell in [`crate::points::State::cells`].
-    pub first_cell: u32,
     /// The last committed transform; none before the first.
     pub transform: Option<Transform>,
-    pub(crate) hasher: Hasher,
     /// The frame in the making has content for it.
     pub(crate) staged: bool,
     /// The committed state may have content for it. Without, there is nothing to empty, so that
@@ -230,6 +177,19 @@ pub struct LiveTrack {
     pub(crate) filled: bool,
     /// The next commit removes it.
     pub(crate) removed: bool,
+}
+
+impl LiveTrack {
+    /// A track as declared: empty, without a transform.
+    pub(crate) fn new(track: Track) -> LiveTrack {
+        LiveTrack {
+            track,
+            transform: None,
+            staged: false,
+            filled: false,
+            removed: false,
+        }
+    }
 }
 
 /// Calls `each` with every declared track, ids ascending.

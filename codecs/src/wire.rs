@@ -43,6 +43,14 @@ impl<'a> Reader<'a> {
         Ok(u64::from_le_bytes(self.array()?))
     }
 
+    /// Reserved bytes, which are 0.
+    pub(crate) fn zero(&mut self, count: usize) -> Result<(), Fault> {
+        if self.bytes(count)?.iter().any(|&b| b != 0) {
+            return Err(Fault::PayloadReserved);
+        }
+        Ok(())
+    }
+
     /// A finite float.
     pub(crate) fn f32(&mut self) -> Result<f32, Fault> {
         let value = f32::from_le_bytes(self.array()?);

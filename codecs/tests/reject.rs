@@ -16,7 +16,7 @@ struct Small {
 impl Small {
     fn new() -> Small {
         let table = track(1, PointWidths::BITS_32, 31, 60);
-        let grid = *table.grid();
+        let grid = *table.grid().unwrap();
         let mut bytes = Vec::new();
         let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
         encoder.group(&mut bytes, GroupStart::Keyframes).unwrap();

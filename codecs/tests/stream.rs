@@ -348,6 +348,7 @@ fn tracks_come_and_go_and_reuse_memory() {
         };
         let bucket = track(id, PointWidths::BITS_32, 5, 6)
             .grid()
+            .unwrap()
             .bucket_of_key(3);
         let update = Update {
             track: id,

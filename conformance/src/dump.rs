@@ -3,8 +3,8 @@
 
 use std::fmt::Write as _;
 
-use dapple_codec::points::{EMPTY, State};
-use dapple_codec::{Decoder, Event, GroupStart, LiveTrack, LookupSpace};
+use dapple_codec::points::{EMPTY, Grid, State};
+use dapple_codec::{Decoder, Event, GroupStart, LiveTrack, LookupSpace, Model};
 
 /// The first line.
 pub const HEAD: &str = "dapple-dump 1\n";
@@ -23,8 +23,7 @@ pub fn event(decoder: &Decoder, event: Event, out: &mut String) {
             let digest = decoder.state_digest();
             let written = writeln!(out, "frame {} {} {digest:016x}", frame.number, frame.tick);
             for live in decoder.tracks() {
-                track(live, out);
-                buckets(decoder.points(), live, out);
+                track(decoder, live, out);
             }
             written
         }
@@ -33,17 +32,20 @@ pub fn event(decoder: &Decoder, event: Event, out: &mut String) {
     };
 }
 
-fn track(live: &LiveTrack, out: &mut String) {
+fn track(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
     let track = &live.track;
-    let grid = track.grid();
     let space = match track.space {
         LookupSpace::Mesh => "mesh",
         LookupSpace::Rest => "rest",
     };
+    let (model, coding) = match &track.model {
+        Model::Points(_) => ("points", "cells"),
+        _ => ("unknown", "unknown"),
+    };
     let target = &track.target;
     let _ = write!(
         out,
-        "track {} points cells {space} {:016x} ",
+        "track {} {model} {coding} {space} {:016x} ",
         track.id, target.application_id
     );
     match target.content_hash {
@@ -56,26 +58,36 @@ fn track(live: &LiveTrack, out: &mut String) {
     floats(&track.aabb_max, out);
     out.push(' ');
     quoted(&target.path, out);
-    let [dx, dy, dz] = grid.dims;
-    let widths = grid.widths;
-    let _ = write!(
-        out,
-        "\ngrid {} {dx} {dy} {dz} {} {} {},{},{}",
-        track.id, grid.bucket_count, grid.cell_capacity, widths.position, widths.normal, widths.ao
-    );
-    floats(&[grid.cell_edge, grid.radius], out);
-    floats(grid.grid_from_mesh.as_flattened(), out);
     out.push('\n');
+    if let Model::Points(grid) = &track.model {
+        parameters_of_points(track.id, grid, out);
+    }
     if let Some(transform) = &live.transform {
         let _ = write!(out, "transform {}", track.id);
         floats(transform.world_from_grid.as_flattened(), out);
         out.push('\n');
     }
+    if let Model::Points(grid) = &track.model {
+        buckets(decoder.points(), live, grid, out);
+    }
+}
+
+fn parameters_of_points(id: u32, grid: &Grid, out: &mut String) {
+    let [dx, dy, dz] = grid.dims;
+    let widths = grid.widths;
+    let _ = write!(
+        out,
+        "grid {id} {dx} {dy} {dz} {} {} {},{},{}",
+        grid.bucket_count, grid.cell_capacity, widths.position, widths.normal, widths.ao
+    );
+    floats(&[grid.cell_edge, grid.radius], out);
+    floats(grid.grid_from_mesh.as_flattened(), out);
+    out.push('\n');
 }
 
 /// Each bucket that names a cell, with the cells in its order.
-fn buckets(state: &State, live: &LiveTrack, out: &mut String) {
-    let digits = live.track.grid().widths.bits() as usize / 4;
+fn buckets(state: &State, live: &LiveTrack, grid: &Grid, out: &mut String) {
+    let digits = grid.widths.bits() as usize / 4;
     for (index, bucket) in state.buckets_of(live).iter().enumerate() {
         if bucket.0[0] == EMPTY {
             continue;

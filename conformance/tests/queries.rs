@@ -278,7 +278,7 @@ fn sample(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> f64 {
         false => tracks.find(|live| live.track.id == query.track),
     };
     let live = live.expect("a live track");
-    let grid = live.track.grid();
+    let grid = live.track.grid().unwrap();
     let edge = f64::from(grid.cell_edge);
     let radius = if wrong(HalfTheEdge) {
         edge / 2.0

@@ -52,7 +52,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
                     for word in [1, keyframe.into(), base, 0, id, buckets, cells] {
                         payload.extend(word.to_le_bytes());
                     }
-                    let size = tracks[id as usize - 1].grid().widths.bits() / 8;
+                    let size = tracks[id as usize - 1].grid().expect("points").widths.bits() / 8;
                     let wanted = (36 * buckets + 8 * cells + 7 * size * cells).next_multiple_of(4);
                     payload.extend(raw);
                     payload.resize(28 + wanted as usize, 0);

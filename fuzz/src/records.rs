@@ -111,7 +111,7 @@ fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
             _ => server::track(u, id)?,
         };
         id = id.wrapping_add(u.int_in_range(1..=3)?);
-        let grid = *track.grid();
+        let grid = *track.grid().expect("points");
         let path = track.target.path.as_bytes();
         let size = (132 + path.len()).next_multiple_of(4);
         put(&mut payload, &[size as u32, track.id, 1]);
@@ -205,7 +205,7 @@ fn points(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         .iter()
         .filter(|live| ids.contains(&live.track.id))
     {
-        let grid = *live.track.grid();
+        let grid = *live.track.grid().expect("points");
         let old = |index: u32| match keyframe {
             true => Cell::FREE,
             false => decoder.points().cells_of(live)[index as usize],

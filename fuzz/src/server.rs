@@ -304,7 +304,7 @@ impl Server {
 
 impl Table {
     fn new(track: Track) -> Table {
-        let grid = *track.grid();
+        let grid = *track.grid().expect("points");
         Table {
             track,
             transform: None,
@@ -323,7 +323,7 @@ impl Table {
 
     /// Frees a cell, fills one, moves one to another key, or changes its points.
     fn change(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
-        let grid = *self.track.grid();
+        let grid = *self.track.grid().expect("points");
         let index = u.int_in_range(0..=grid.cell_capacity - 1)?;
         let mut cell = self.cells[index as usize];
         let (free, moved) = (u.ratio(1, 5)?, u.ratio(1, 5)?);
@@ -351,7 +351,7 @@ impl Table {
     }
 
     fn name(&mut self, index: u32, key: u32) {
-        let bucket = self.track.grid().bucket_of_key(key);
+        let bucket = self.track.grid().expect("points").bucket_of_key(key);
         let entries = &mut self.buckets[bucket as usize].0;
         if let Some(at) = entries.iter().position(|&e| e == EMPTY) {
             entries[at] = index;
@@ -360,7 +360,7 @@ impl Table {
     }
 
     fn unname(&mut self, index: u32, key: u32) {
-        let bucket = self.track.grid().bucket_of_key(key);
+        let bucket = self.track.grid().expect("points").bucket_of_key(key);
         let entries = &mut self.buckets[bucket as usize].0;
         if let Some(at) = entries.iter().position(|&e| e == index) {
             entries.copy_within(at + 1.., at);

@@ -230,16 +230,19 @@ fn check(decoder: &Decoder, limits: &Limits) {
             "regions overlap: {regions:?}"
         );
     };
-    let regions = tracks
-        .iter()
-        .map(|t| (t.first_bucket, t.track.grid().bucket_count));
-    apart(regions.collect());
-    let regions = tracks
-        .iter()
-        .map(|t| (t.first_cell, t.track.grid().cell_capacity));
-    apart(regions.collect());
+    let places = || tracks.iter().filter_map(|live| points.place_of(live));
+    apart(
+        places()
+            .map(|place| (place.first_bucket, place.grid.bucket_count))
+            .collect(),
+    );
+    apart(
+        places()
+            .map(|place| (place.first_cell, place.grid.cell_capacity))
+            .collect(),
+    );
     for live in tracks {
-        let grid = live.track.grid();
+        let grid = live.track.grid().expect("points");
         assert!(live.track.target.path.len() <= limits.path_bytes as usize);
         if let Some(transform) = live.transform {
             assert!(

@@ -163,8 +163,11 @@ fn vectors(args: &Args) -> std::result::Result<Vec<Vector>, String> {
 
 /// AO by Eq. 4 alone, at a grid-space position and normal.
 fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 3]) -> f32 {
-    let grid = live.track.grid();
     let state = decoder.points();
+    // A track of another model has no points, and nothing closes it.
+    let Some(grid) = live.track.grid() else {
+        return 1.0;
+    };
     let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
     let (x, n) = (Vec3::from(x), Vec3::from(n));
     sample::sample(grid, buckets, cells, x, n, Fallback::One).ao

@@ -142,7 +142,7 @@ impl Report {
             tracks: decoder
                 .tracks()
                 .iter()
-                .map(|live| TrackReport::new(decoder, live))
+                .filter_map(|live| TrackReport::new(decoder, live))
                 .collect(),
             ended: outcome.ended,
             fault: outcome.fault.as_ref().map(FaultReport::new),
@@ -151,9 +151,9 @@ impl Report {
 }
 
 impl TrackReport {
-    fn new(decoder: &Decoder, live: &LiveTrack) -> TrackReport {
+    fn new(decoder: &Decoder, live: &LiveTrack) -> Option<TrackReport> {
         let track = &live.track;
-        let grid = track.grid();
+        let grid = track.grid()?;
         let (mut cells, mut points) = (0, 0);
         let state = decoder.points();
         for bucket in state.buckets_of(live) {
@@ -162,7 +162,7 @@ impl TrackReport {
                 points += cell.points.iter().filter(|&&point| point != 0).count() as u64;
             }
         }
-        TrackReport {
+        Some(TrackReport {
             id: track.id,
             model: "points",
             application_id: track.target.application_id,
@@ -179,7 +179,7 @@ impl TrackReport {
             cell_capacity: grid.cell_capacity,
             cells,
             points,
-        }
+        })
     }
 }
 

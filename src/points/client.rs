@@ -145,6 +145,9 @@ impl Client {
         self.track_of_instance.fill(None);
         self.rest = false;
         for live in self.decoder.tracks() {
+            let Some(place) = self.decoder.points().place_of(live) else {
+                continue;
+            };
             let path = &live.track.target.path;
             let Some(&instance) = self.instance_of_path.get(path) else {
                 return Err(Error::Invalid(format!(
@@ -155,9 +158,9 @@ impl Client {
             self.track_of_instance[instance] = Some(self.tracks.len() as u32);
             self.rest |= live.track.space == LookupSpace::Rest;
             self.tracks.push(PointsTrack {
-                grid: *live.track.grid(),
-                first_bucket: live.first_bucket,
-                first_cell: live.first_cell,
+                grid: place.grid,
+                first_bucket: place.first_bucket,
+                first_cell: place.first_cell,
             });
         }
         Ok(())

@@ -9,6 +9,7 @@ use crate::container::{
     HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };
 use crate::error::{Failure, Fault, Limit, Result};
+use crate::model::Kind;
 use crate::session::End;
 
 impl Decoder {
@@ -201,9 +202,12 @@ impl Decoder {
         let packing =
             Unpacker::check_lengths(header.packing, header.stored_bytes, header.unpacked_bytes)?;
         let bytes = header.unpacked_bytes as usize;
-        if header.record_type == record_type::POINTS && packing == Packing::None {
+        let model = Kind::of_record(header.record_type);
+        if let Some(kind) = model
+            && packing == Packing::None
+        {
             // The copy is staged only once its CRC is known to match.
-            let room = self.session.points_room(bytes, &self.limits);
+            let room = self.session.content_room(bytes, &self.limits);
             let (crc, room) = match room {
                 Ok(room) => (crc32c_copy(stored, room), Ok(())),
                 Err(failure) => (crc32c(stored), Err(failure)),
@@ -212,17 +216,17 @@ impl Decoder {
                 return Err(Fault::PayloadChecksum.into());
             }
             room?;
-            self.session.points(bytes)?;
+            self.session.content(kind, bytes)?;
             return Ok(None);
         }
         if crc32c(stored) != header.payload_crc {
             return Err(Fault::PayloadChecksum.into());
         }
         let window = self.limits.zstd_window_bytes;
-        if header.record_type == record_type::POINTS {
-            let room = self.session.points_room(bytes, &self.limits)?;
+        if let Some(kind) = model {
+            let room = self.session.content_room(bytes, &self.limits)?;
             self.unpacker.unpack(packing, stored, room, window)?;
-            self.session.points(bytes)?;
+            self.session.content(kind, bytes)?;
             return Ok(None);
         }
         if packing == Packing::None {

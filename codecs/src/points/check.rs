@@ -1,10 +1,8 @@
 //! The rules of a track's content in a frame, clauses P-020 to P-030 of `spec/points.md`.
 
 use super::sections::{Sections, StagedTrack, bucket, points, word};
-use super::state::region;
-use super::{Bucket, CELL_POINTS, Cell, EMPTY, State};
+use super::{Bucket, CELL_POINTS, Cell, EMPTY, Place, State};
 use crate::error::Fault;
-use crate::track::LiveTrack;
 
 /// Turns gaps into indices, in place. After a fault the bytes mean nothing.
 fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
@@ -26,28 +24,28 @@ pub(super) fn check_track(
     bytes: &mut [u8],
     staged: &StagedTrack,
     emptied: bool,
+    filled: bool,
     state: &mut State,
-    live: &LiveTrack,
 ) -> Result<(), Fault> {
-    let grid = live.track.grid();
+    let place = state.places[staged.place];
+    let grid = &place.grid;
     let bucket_gaps = &mut bytes[staged.bucket_indices.clone()];
     gaps_to_indices(bucket_gaps, grid.bucket_count, Fault::BucketIndex)?;
     let cell_gaps = &mut bytes[staged.cell_indices.clone()];
     gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
     let sections = Sections::new(bytes, staged);
-    let cells = region(live.first_cell, grid.cell_capacity);
-    let homes = &mut state.next_homes[cells.clone()];
-    if staged.keyframe && !emptied && live.filled {
+    let homes = &mut state.next_homes[place.cells()];
+    if staged.keyframe && !emptied && filled {
         homes.fill(EMPTY);
     }
     let committed = (!staged.keyframe && !emptied).then(|| Committed {
-        buckets: &state.buckets[region(live.first_bucket, grid.bucket_count)],
-        cells: &state.cells[cells],
+        buckets: &state.buckets[place.buckets()],
+        cells: &state.cells[place.cells()],
     });
     match grid.widths.bits() {
-        16 => check_cells::<2, 14>(&sections, live, committed, homes)?,
-        24 => check_cells::<3, 21>(&sections, live, committed, homes)?,
-        _ => check_cells::<4, 28>(&sections, live, committed, homes)?,
+        16 => check_cells::<2, 14>(&sections, &place, committed, homes)?,
+        24 => check_cells::<3, 21>(&sections, &place, committed, homes)?,
+        _ => check_cells::<4, 28>(&sections, &place, committed, homes)?,
     }
     check_buckets(&sections, homes)
 }
@@ -62,12 +60,12 @@ struct Committed<'a> {
 /// a delta: cells that changed their key are no longer named by the bucket of the old one.
 fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
-    live: &LiveTrack,
+    place: &Place,
     committed: Option<Committed<'_>>,
     next_homes: &mut [u32],
 ) -> Result<(), Fault> {
     // The volume is at most 2^32 - 1.
-    let volume = live.track.grid().volume() as u32;
+    let volume = place.grid.volume() as u32;
     let cells = sections.cell_indices.iter().zip(sections.keys);
     for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
         let (index, key) = (word(*index), word(*key));
@@ -81,7 +79,7 @@ fn check_cells<const B: usize, const S: usize>(
         if committed.is_some_and(|c| c.cells[index as usize].key == key) {
             continue;
         }
-        let home = live.hasher.home(key);
+        let home = place.hasher.home(key);
         let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
         let old_home = core::mem::replace(next, home);
         if old_home != home

@@ -3,17 +3,9 @@
 use alloc::vec::Vec;
 
 use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Grid};
+use crate::content::write_head;
 use crate::error::Fault;
 use crate::wire::{pad4, put_u32};
-
-/// What a `points` record says about the tracks it names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coverage {
-    /// Everything: buckets that are not sent are empty, cells that are not sent are free.
-    Keyframe,
-    /// What changed since the last committed frame.
-    Delta,
-}
 
 /// Content of one track for one frame. Indices count within the track and ascend strictly.
 #[derive(Clone, Copy, Debug)]
@@ -30,21 +22,18 @@ pub struct Update<'a> {
     pub cells: &'a [Cell],
 }
 
-/// Appends the payload. `grid_of` finds a declared track.
+/// Appends the payload. `grid_of` finds a declared track of the model.
 pub(crate) fn write_payload<'g>(
     base: Option<u32>,
     updates: &[Update<'_>],
-    grid_of: impl Fn(u32) -> Option<&'g Grid>,
+    grid_of: impl Fn(u32) -> Result<&'g Grid, Fault>,
     out: &mut Vec<u8>,
 ) -> Result<(), Fault> {
     let count = |n: usize| u32::try_from(n).map_err(|_| Fault::EncoderUse);
     if !updates.is_sorted_by(|a, b| a.track < b.track) {
         return Err(Fault::EntryOrder);
     }
-    put_u32(out, count(updates.len())?);
-    put_u32(out, u32::from(base.is_none()));
-    put_u32(out, base.unwrap_or(0));
-    put_u32(out, 0);
+    write_head(base, count(updates.len())?, out);
     for update in updates {
         if update.bucket_indices.len() != update.buckets.len()
             || update.cell_indices.len() != update.cells.len()
@@ -56,7 +45,7 @@ pub(crate) fn write_payload<'g>(
         put_u32(out, count(update.cells.len())?);
     }
     for update in updates {
-        let grid = grid_of(update.track).ok_or(Fault::UnknownTrack)?;
+        let grid = grid_of(update.track)?;
         write_track(grid, update, out)?;
     }
     Ok(())

@@ -2,20 +2,25 @@
 
 mod check;
 mod decode;
+mod digest;
 mod encode;
 mod hash;
+mod parameters;
 mod point;
 mod sections;
 mod state;
 
-pub use encode::{Coverage, Update};
+pub use crate::content::Coverage;
+pub use crate::digest::StateDigest;
+pub use crate::dirty::DirtyRange;
+pub use encode::Update;
 pub use hash::Hasher;
-pub use state::{DirtyRange, State, StateDigest};
+pub use state::{Place, State};
 
-pub(crate) use decode::StagedPoints;
+pub(crate) use decode::Part;
 pub(crate) use encode::write_payload;
+pub(crate) use parameters::CODINGS;
 
-use crate::error::Fault;
 use bytemuck::{Pod, Zeroable};
 
 /// Entries in a hash bucket (PSAO §3.2).
@@ -93,18 +98,6 @@ impl PointWidths {
     pub fn bits(&self) -> u32 {
         1 + 3 * u32::from(self.position) + 2 * u32::from(self.normal) + u32::from(self.ao)
     }
-
-    pub(crate) fn check(&self) -> Result<(), Fault> {
-        let right = (1..=8).contains(&self.position)
-            && (2..=8).contains(&self.normal)
-            && (1..=8).contains(&self.ao)
-            && matches!(self.bits(), 16 | 24 | 32);
-        if right {
-            Ok(())
-        } else {
-            Err(Fault::PointWidths)
-        }
-    }
 }
 
 /// What a track of the model declares, once.
@@ -131,29 +124,6 @@ impl Grid {
     /// Number of grid cells, `Dx * Dy * Dz`.
     pub fn volume(&self) -> u64 {
         self.dims.iter().map(|&d| u64::from(d)).product()
-    }
-
-    pub(crate) fn check(&self) -> Result<(), Fault> {
-        let floats = self.grid_from_mesh.as_flattened().iter();
-        if !floats
-            .chain([&self.cell_edge, &self.radius])
-            .all(|f| f.is_finite())
-        {
-            return Err(Fault::NotFinite);
-        }
-        if self.dims.contains(&0) || self.volume() > u64::from(u32::MAX) {
-            return Err(Fault::GridDims);
-        }
-        // An encoder that computes the edge as 2 r in another order may be one step of f32 short.
-        let wide_enough = 2.0 * self.radius <= self.cell_edge.next_up();
-        if self.radius <= 0.0 || self.cell_edge <= 0.0 || !wide_enough {
-            return Err(Fault::GridRadius);
-        }
-        self.widths.check()?;
-        if self.bucket_count == 0 || self.cell_capacity == 0 || self.cell_capacity == EMPTY {
-            return Err(Fault::GridCapacity);
-        }
-        Ok(())
     }
 }
 

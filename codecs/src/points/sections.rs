@@ -2,16 +2,14 @@
 
 use core::ops::Range;
 
-use super::state::region;
-use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, State};
-use crate::track::LiveTrack;
+use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, Place, State};
 
 pub(super) const BUCKET_BYTES: usize = 4 * BUCKET_ENTRIES;
 
 /// Where a track's sections lie in the staged bytes.
 pub(super) struct StagedTrack {
-    /// Index in the decoder's list of tracks.
-    pub(super) slot: usize,
+    /// Index in the state's list of places.
+    pub(super) place: usize,
     pub(super) keyframe: bool,
     /// Ascending indices (turned from gaps in place).
     pub(super) bucket_indices: Range<usize>,
@@ -124,16 +122,16 @@ pub(super) fn apply_buckets(
     sections: &Sections<'_>,
     fresh: bool,
     state: &mut State,
-    live: &LiveTrack,
+    place: &Place,
 ) {
-    let buckets = &mut state.buckets[region(live.first_bucket, live.track.grid().bucket_count)];
+    let buckets = &mut state.buckets[place.buckets()];
     let items = sections.bucket_indices.iter().zip(sections.buckets);
     let items = items.map(|(index, bytes)| (word(*index), bucket(bytes)));
     write(
         items,
         fresh.then_some(Bucket::EMPTY),
         buckets,
-        live.first_bucket,
+        place.first_bucket,
         |start, end| {
             state.dirty_buckets.add(start, end);
         },
@@ -144,9 +142,9 @@ pub(super) fn apply_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     fresh: bool,
     state: &mut State,
-    live: &LiveTrack,
+    place: &Place,
 ) {
-    let cells = &mut state.cells[region(live.first_cell, live.track.grid().cell_capacity)];
+    let cells = &mut state.cells[place.cells()];
     let items = sections.cell_indices.iter().zip(sections.keys);
     let items = items
         .zip(sections.points.as_chunks::<S>().0)
@@ -163,7 +161,7 @@ pub(super) fn apply_cells<const B: usize, const S: usize>(
         items,
         fresh.then_some(Cell::FREE),
         cells,
-        live.first_cell,
+        place.first_cell,
         |start, end| {
             state.dirty_cells.add(start, end);
         },

@@ -1,6 +1,7 @@
 //! Packing, hashing and the widths.
 
 use super::*;
+use crate::error::Fault;
 use alloc::vec::Vec;
 
 fn grid(widths: PointWidths) -> Grid {
@@ -249,19 +250,4 @@ fn grids_that_cannot_be_are_refused() {
         .check(),
         Ok(())
     );
-}
-
-/// Frames that grow byte by byte cost few allocations, and none above what a frame may have.
-#[test]
-fn room_for_payloads_doubles_within_the_frame() {
-    let mut staged = super::decode::StagedPoints::default();
-    let (mut steps, mut kept) = (0, 0);
-    for bytes in 1..=1000 {
-        assert_eq!(staged.room(bytes, 1000).len(), bytes);
-        let capacity = staged.room_bytes();
-        steps += u32::from(capacity != kept);
-        kept = capacity;
-        assert!((bytes..=1000).contains(&kept));
-    }
-    assert!(steps <= 11, "{steps}");
 }

@@ -65,7 +65,7 @@ pub struct Table {
 
 impl Table {
     pub fn new(track: Track) -> Table {
-        let grid = *track.grid();
+        let grid = *track.grid().unwrap();
         Table {
             track,
             buckets: vec![Bucket::EMPTY; grid.bucket_count as usize],
@@ -77,7 +77,7 @@ impl Table {
 
     /// Adds, changes or removes cells.
     pub fn change(&mut self, random: &mut Random, times: u32) {
-        let grid = *self.track.grid();
+        let grid = *self.track.grid().unwrap();
         for _ in 0..times {
             let index = random.below(grid.cell_capacity);
             let old = self.cells[index as usize];

@@ -1,0 +1,138 @@
+//! The payload of a model record, as far as all models share it: sixteen bytes, and a table of
+//! twelve bytes a track.
+
+use alloc::vec::Vec;
+
+use crate::error::Fault;
+use crate::model::Kind;
+use crate::track::LiveTrack;
+use crate::wire::put_u32;
+
+/// Bytes before the table, and of an entry in it.
+const HEAD_BYTES: usize = 16;
+const ENTRY_BYTES: usize = 12;
+
+/// What a model record says about the tracks it names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// Everything: what is not sent is empty.
+    Keyframe,
+    /// What changed since the last committed frame.
+    Delta,
+}
+
+/// What a frame in the making builds on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Base {
+    /// It starts from an empty state: the first one of a group that starts from keyframes.
+    pub(crate) emptied: bool,
+    /// The last committed frame.
+    pub(crate) last_frame: Option<u32>,
+}
+
+/// The errors of a model for what is too short or long, and for what has to be 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShapeFaults {
+    pub(crate) size: Fault,
+    pub(crate) reserved: Fault,
+}
+
+/// The first bytes of a payload, read and checked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Head {
+    pub(crate) keyframe: bool,
+    /// Entries of the table.
+    pub(crate) count: usize,
+    /// Every further id is at least this.
+    above: u64,
+}
+
+impl Head {
+    /// Reads the sixteen bytes and makes sure that the table is there.
+    pub(crate) fn read(payload: &[u8], base: Base, faults: ShapeFaults) -> Result<Head, Fault> {
+        let words = payload.as_chunks::<4>().0;
+        let Some(&[count, flags, base_frame, reserved]) = words.first_chunk() else {
+            return Err(faults.size);
+        };
+        let count = u32::from_le_bytes(count);
+        let flags = u32::from_le_bytes(flags);
+        let base_frame = u32::from_le_bytes(base_frame);
+        let keyframe = flags == 1;
+        if flags > 1 || reserved != [0; 4] || (keyframe && base_frame != 0) {
+            return Err(faults.reserved);
+        }
+        if !keyframe && (base.emptied || base.last_frame != Some(base_frame)) {
+            return Err(Fault::MissingBase);
+        }
+        let end = HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64;
+        if end > payload.len() as u64 {
+            return Err(faults.size);
+        }
+        Ok(Head {
+            keyframe,
+            count: count as usize,
+            above: 0,
+        })
+    }
+
+    /// Bytes up to the end of the table.
+    pub(crate) fn bytes(&self) -> usize {
+        HEAD_BYTES + self.count * ENTRY_BYTES
+    }
+
+    /// Reads the entry at `index`: its track, found among the live ones, and its two numbers. The
+    /// ids of entries that are read one after the other ascend.
+    pub(crate) fn entry(
+        &mut self,
+        payload: &[u8],
+        index: usize,
+        kind: Kind,
+        tracks: &[LiveTrack],
+    ) -> Result<Entry, Fault> {
+        let start = HEAD_BYTES + index * ENTRY_BYTES;
+        let word = |k: usize| {
+            let at = start + 4 * k;
+            let bytes = &payload[at..at + 4];
+            u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+        };
+        let id = word(0);
+        if u64::from(id) < self.above {
+            return Err(Fault::EntryOrder);
+        }
+        self.above = u64::from(id) + 1;
+        let slot = tracks.binary_search_by_key(&id, |live| live.track.id);
+        let slot = slot.map_err(|_| Fault::UnknownTrack)?;
+        let live = &tracks[slot];
+        if live.removed {
+            return Err(Fault::UnknownTrack);
+        }
+        if live.track.model.kind() != kind {
+            return Err(Fault::UnknownTrack);
+        }
+        if live.staged {
+            return Err(Fault::TrackTwice);
+        }
+        Ok(Entry {
+            slot,
+            id,
+            numbers: [word(1), word(2)],
+        })
+    }
+}
+
+/// An entry of the table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    /// Index of its track in the decoder's list.
+    pub(crate) slot: usize,
+    pub(crate) id: u32,
+    pub(crate) numbers: [u32; 2],
+}
+
+/// Appends the sixteen bytes; the caller appends the table. `base` is that of a delta.
+pub(crate) fn write_head(base: Option<u32>, count: u32, out: &mut Vec<u8>) {
+    put_u32(out, count);
+    put_u32(out, u32::from(base.is_none()));
+    put_u32(out, base.unwrap_or(0));
+    put_u32(out, 0);
+}

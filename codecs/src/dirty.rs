@@ -1,0 +1,73 @@
+//! Ranges of an array that changed, for partial uploads.
+
+use alloc::vec::Vec;
+
+/// Runs of dirty items that are closer than this become one: a small gap costs less than a second
+/// upload call.
+const MERGE_GAP: u32 = 64;
+/// Above this many runs, neighbours are merged with ever larger gaps.
+const MAX_RANGES: usize = 256;
+
+/// Items `start..end` of an array that changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DirtyRange {
+    /// First item.
+    pub start: u32,
+    /// One past the last item.
+    pub end: u32,
+}
+
+/// Ranges that changed, in the order they came; settled into ascending order.
+#[derive(Default)]
+pub(crate) struct DirtyList {
+    ranges: Vec<DirtyRange>,
+}
+
+impl DirtyList {
+    /// What changed: ascending and merged, once settled.
+    pub(crate) fn ranges(&self) -> &[DirtyRange] {
+        &self.ranges
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.ranges.clear();
+    }
+
+    /// Adds `start..end`, growing the last range if it is near and before.
+    #[inline]
+    pub(crate) fn add(&mut self, start: u32, end: u32) {
+        if let Some(last) = self.ranges.last_mut()
+            && start >= last.start
+            && start <= last.end.saturating_add(MERGE_GAP)
+        {
+            last.end = last.end.max(end);
+            return;
+        }
+        if self.ranges.len() >= 4 * MAX_RANGES {
+            self.settle();
+        }
+        self.ranges.push(DirtyRange { start, end });
+    }
+
+    /// Sorts and merges.
+    pub(crate) fn settle(&mut self) {
+        if self.ranges.len() < 2 {
+            return;
+        }
+        self.ranges.sort_unstable_by_key(|r| (r.start, r.end));
+        let mut gap = MERGE_GAP;
+        loop {
+            self.ranges.dedup_by(|next, kept| {
+                let near = next.start <= kept.end.saturating_add(gap);
+                if near {
+                    kept.end = kept.end.max(next.end);
+                }
+                near
+            });
+            if self.ranges.len() <= MAX_RANGES {
+                return;
+            }
+            gap = gap.saturating_mul(4);
+        }
+    }
+}

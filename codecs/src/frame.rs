@@ -1,0 +1,76 @@
+//! Payloads of the frame in the making: one buffer for the model records of all models, so that the
+//! limit of a frame bounds it once.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use crate::room::{grown, make_room};
+
+/// Payloads, one after the other.
+#[derive(Default)]
+pub(crate) struct FrameBytes {
+    /// The first `used` bytes are payloads; the rest is kept from earlier frames.
+    bytes: Vec<u8>,
+    used: usize,
+}
+
+impl FrameBytes {
+    /// Bytes of payloads so far.
+    pub(crate) fn used(&self) -> usize {
+        self.used
+    }
+
+    /// All payloads so far.
+    pub(crate) fn get(&self) -> &[u8] {
+        &self.bytes[..self.used]
+    }
+
+    /// Room for a payload, to be filled and then kept. The frame has no more than `most` bytes.
+    pub(crate) fn room(&mut self, bytes: usize, most: usize) -> &mut [u8] {
+        let end = self.used + bytes;
+        if self.used == 0 && self.bytes.capacity() < bytes {
+            // Nothing in it to copy.
+            let wanted = grown(self.bytes.capacity(), bytes, most);
+            self.bytes = Vec::new();
+            self.bytes.reserve_exact(wanted);
+        }
+        if self.bytes.len() < end {
+            let more = end - self.bytes.len();
+            make_room(&mut self.bytes, more, most);
+            self.bytes.resize(end, 0);
+        }
+        &mut self.bytes[self.used..end]
+    }
+
+    /// Keeps what the room was filled with: all payloads with it, and where it lies in them.
+    pub(crate) fn keep(&mut self, bytes: usize) -> (&mut [u8], Range<usize>) {
+        let start = self.used;
+        self.used += bytes;
+        (&mut self.bytes[..self.used], start..self.used)
+    }
+
+    /// Forgets the payloads; keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        self.used = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames that grow byte by byte cost few allocations, and none above what a frame may have.
+    #[test]
+    fn room_for_payloads_doubles_within_the_frame() {
+        let mut frame = FrameBytes::default();
+        let (mut steps, mut kept) = (0, 0);
+        for bytes in 1..=1000 {
+            assert_eq!(frame.room(bytes, 1000).len(), bytes);
+            let capacity = frame.bytes.capacity();
+            steps += u32::from(capacity != kept);
+            kept = capacity;
+            assert!((bytes..=1000).contains(&kept));
+        }
+        assert!(steps <= 11, "{steps}");
+    }
+}

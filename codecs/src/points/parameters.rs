@@ -1,0 +1,84 @@
+//! The parameters of a `points` track, `spec/points.md` §2: read, written, checked.
+
+use alloc::vec::Vec;
+
+use super::{EMPTY, Grid, PointWidths};
+use crate::error::Fault;
+use crate::wire::{Reader, put_f32, put_u16, put_u32, rows};
+
+/// How many codings the model has: 0 is `cells`.
+pub(crate) const CODINGS: u16 = 1;
+
+impl Grid {
+    pub(crate) fn read(r: &mut Reader<'_>) -> Result<Grid, Fault> {
+        let grid_from_mesh = rows(r.floats()?);
+        let dims = [r.u16()?, r.u16()?, r.u16()?];
+        r.zero(2)?;
+        let cell_edge = r.f32()?;
+        let radius = r.f32()?;
+        let widths = PointWidths {
+            position: r.u8()?,
+            normal: r.u8()?,
+            ao: r.u8()?,
+        };
+        r.zero(1)?;
+        Ok(Grid {
+            grid_from_mesh,
+            dims,
+            cell_edge,
+            radius,
+            widths,
+            bucket_count: r.u32()?,
+            cell_capacity: r.u32()?,
+        })
+    }
+
+    pub(crate) fn write(&self, out: &mut Vec<u8>) {
+        let floats = self.grid_from_mesh.as_flattened();
+        floats.iter().for_each(|&value| put_f32(out, value));
+        self.dims.iter().for_each(|&dim| put_u16(out, dim));
+        put_u16(out, 0);
+        put_f32(out, self.cell_edge);
+        put_f32(out, self.radius);
+        out.extend([self.widths.position, self.widths.normal, self.widths.ao, 0]);
+        put_u32(out, self.bucket_count);
+        put_u32(out, self.cell_capacity);
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let floats = self.grid_from_mesh.as_flattened().iter();
+        if !floats
+            .chain([&self.cell_edge, &self.radius])
+            .all(|f| f.is_finite())
+        {
+            return Err(Fault::NotFinite);
+        }
+        if self.dims.contains(&0) || self.volume() > u64::from(u32::MAX) {
+            return Err(Fault::GridDims);
+        }
+        // An encoder that computes the edge as 2 r in another order may be one step of f32 short.
+        let wide_enough = 2.0 * self.radius <= self.cell_edge.next_up();
+        if self.radius <= 0.0 || self.cell_edge <= 0.0 || !wide_enough {
+            return Err(Fault::GridRadius);
+        }
+        self.widths.check()?;
+        if self.bucket_count == 0 || self.cell_capacity == 0 || self.cell_capacity == EMPTY {
+            return Err(Fault::GridCapacity);
+        }
+        Ok(())
+    }
+}
+
+impl PointWidths {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
+        let right = (1..=8).contains(&self.position)
+            && (2..=8).contains(&self.normal)
+            && (1..=8).contains(&self.ao)
+            && matches!(self.bits(), 16 | 24 | 32);
+        if right {
+            Ok(())
+        } else {
+            Err(Fault::PointWidths)
+        }
+    }
+}
