@@ -16,8 +16,8 @@
 use dapple::codec::{Compression, TickRate};
 use dapple::points::place::Density;
 use dapple::points::server::{Options, Server, Tick};
-use dapple::points::stream::{Job, Stream, View};
 use dapple::scene::{Instance, Node, Scene};
+use dapple::stream::{Job, Stream, View};
 use glam::{Mat4, Vec3};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

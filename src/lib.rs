@@ -10,6 +10,8 @@ pub mod points;
 #[cfg(feature = "encode")]
 pub mod scene;
 #[cfg(feature = "encode")]
+pub mod stream;
+#[cfg(feature = "encode")]
 pub mod trace;
 
 #[cfg(feature = "render")]

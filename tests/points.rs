@@ -14,8 +14,8 @@ use dapple::points::rng::Rng;
 use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::{Options, Server, Space};
 use dapple::points::store::Overflow;
-use dapple::points::stream::{Job, Report, Stream, View};
 use dapple::scene::{ChannelValues, Interpolation, Scene};
+use dapple::stream::{Job, Report, Stream, View};
 use glam::{Quat, Vec3};
 use tiny::{Tiny, cuboid, floor, growing_cuboid};
 

@@ -5,9 +5,9 @@ use super::progress::Progress;
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
-use crate::points::stream::{Job, Stream, View};
 use crate::scene::Scene;
 use crate::scene::camera::{DEFAULT_YFOV, look_at};
+use crate::stream::{Job, Stream, View};
 use crate::{Error, Result};
 
 /// Most frames that are encoded unasked: as many as `--frames` allows.

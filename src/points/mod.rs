@@ -1,12 +1,14 @@
 //! `points`: ambient occlusion at surface points (PSAO).
 //!
 //! Server: [`place`] -> [`server`] (with [`grid`], [`store`], [`chunks`], [`frustum`]) ->
-//! [`stream`]. Client: [`client`] -> [`sample`].
+//! [`content`]. Client: [`client`] -> [`sample`].
 
 #[cfg(feature = "encode")]
 pub mod chunks;
 #[cfg(feature = "encode")]
 pub mod client;
+#[cfg(feature = "encode")]
+pub mod content;
 #[cfg(feature = "encode")]
 pub mod eliminate;
 #[cfg(feature = "encode")]
@@ -22,5 +24,3 @@ pub mod sample;
 pub mod server;
 #[cfg(feature = "encode")]
 pub mod store;
-#[cfg(feature = "encode")]
-pub mod stream;

@@ -1,15 +1,12 @@
-//! The encoder (PSAO §3.4): runs the server over a span of time and writes what the client needs,
-//! a frame a tick.
+//! The encoder: runs the servers of the models over a span of time and writes what a client needs,
+//! a frame a tick (PSAO §3.4, DDISH-GI §4).
 
-use super::server::{Options, Server, Tick, Track};
-use crate::codec::points::{Bucket, Cell, Coverage, EMPTY, StateDigest, Update};
-use crate::codec::{
-    self, Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, TickRate,
-    Transform,
-};
+use crate::Result;
+use crate::codec::points::StateDigest;
+use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart, TickRate};
+use crate::points::content::Content as PointsContent;
+use crate::points::server::{Options, Server, Tick, Track};
 use crate::scene::{CameraPose, Pose, Scene};
-use crate::{Error, Result};
-use glam::Affine3A;
 use std::time::{Duration, Instant};
 
 /// Whose eyes the stream is made for.
@@ -152,14 +149,11 @@ impl StageMs {
 
 /// A stream in the making.
 pub struct Stream<'s> {
-    scene: &'s Scene,
-    server: Server<'s>,
+    points: PointsContent<'s>,
     job: Job,
     encoder: Encoder,
     /// Frames written.
     frame: usize,
-    /// Transforms as last sent, one per track.
-    sent_transforms: Vec<Option<Transform>>,
     report: Report,
     stages: StageMs,
     steady_frames: usize,
@@ -176,12 +170,6 @@ impl<'s> Stream<'s> {
     ) -> Result<Self> {
         let clock = Instant::now();
         let mut server = Server::new(scene, job.options, job.start)?;
-        if server.tracks().is_empty() {
-            return Err(Error::Invalid(format!(
-                "{}: no surface to put points on (glass holds none)",
-                scene.name
-            )));
-        }
         let tick = server.start(progress);
         Self::with_server(server, tick, clock.elapsed(), job, out)
     }
@@ -195,7 +183,8 @@ impl<'s> Stream<'s> {
         job: Job,
         out: &mut Vec<u8>,
     ) -> Result<Self> {
-        let scene = server.scene();
+        let points = PointsContent::new(server)?;
+        let server = points.server();
         let config = EncoderConfig {
             tick_rate: job.rate,
             ..EncoderConfig::default()
@@ -204,12 +193,10 @@ impl<'s> Stream<'s> {
         let encoder = Encoder::new(config, out)?;
         let tracks = server.tracks();
         let mut stream = Stream {
-            scene,
             encoder,
             frame: 0,
-            sent_transforms: vec![None; tracks.len()],
             report: Report {
-                scene: scene.name.clone(),
+                scene: server.scene().name.clone(),
                 seed: job.options.seed,
                 fps: job.rate.hz(),
                 density: job.options.density.candidates,
@@ -225,7 +212,7 @@ impl<'s> Stream<'s> {
             },
             stages: StageMs::default(),
             steady_frames: 0,
-            server,
+            points,
             job,
         };
         stream.write_keyframe(out)?;
@@ -234,7 +221,7 @@ impl<'s> Stream<'s> {
     }
 
     pub fn server(&self) -> &Server<'s> {
-        &self.server
+        self.points.server()
     }
 
     /// Seconds of the frame that was written last.
@@ -248,7 +235,9 @@ impl<'s> Stream<'s> {
             return Ok(None);
         }
         let time = self.job.time_of(self.frame);
-        let tick = self.server.tick_seen(time, |pose| self.job.view.at(pose));
+        let view = &self.job.view;
+        let server = self.points.server_mut();
+        let tick = server.tick_seen(time, |pose| view.at(pose));
         let before = out.len();
         let clock = Instant::now();
         let interval = self.job.keyframe_interval;
@@ -276,7 +265,7 @@ impl<'s> Stream<'s> {
         };
         report.frames = self.frame;
         report.stage_ms = self.stages.scaled(1.0 / report.ticks() as f64);
-        for Track { store, .. } in self.server.tracks() {
+        for Track { store, .. } in self.points.server().tracks() {
             report.cells += store.used_cells();
             report.dropped_points += store.dropped_points;
             report.dropped_cells += store.dropped_cells;
@@ -292,91 +281,23 @@ impl<'s> Stream<'s> {
     /// Everything a client needs to start at this frame.
     fn write_keyframe(&mut self, out: &mut Vec<u8>) -> Result<()> {
         self.encoder.group(out, GroupStart::Keyframes)?;
-        let declared: Vec<codec::Track> = (0..self.server.tracks().len())
-            .map(|t| declare(self.scene, t, &self.server.tracks()[t]))
-            .collect();
-        self.encoder.tracks(out, &declared)?;
-        self.sent_transforms.fill(None);
-        self.write_transforms(out)?;
-        let parts: Vec<Part> = self
-            .server
-            .tracks_mut()
-            .iter_mut()
-            .enumerate()
-            .map(|(t, track)| {
-                track.store.take_dirty();
-                let buckets = track.store.buckets().iter().enumerate();
-                let cells = track.store.cells().iter().enumerate();
-                let buckets = buckets
-                    .filter(|(_, b)| b.0[0] != EMPTY)
-                    .map(|(i, b)| (i as u32, *b));
-                let cells = cells
-                    .filter(|(_, c)| c.key != EMPTY)
-                    .map(|(i, c)| (i as u32, *c));
-                Part::new(t, buckets, cells)
-            })
-            .collect();
-        self.write_points(out, Coverage::Keyframe, &parts)?;
+        self.encoder.tracks(out, &self.points.tracks())?;
+        let compression = self.job.compression;
+        self.points
+            .write_keyframe(&mut self.encoder, compression, out)?;
         let digest = self.digest();
         self.commit(out, Some(digest))
     }
 
     /// What changed since the last frame.
     fn write_delta(&mut self, out: &mut Vec<u8>) -> Result<()> {
-        self.write_transforms(out)?;
-        let parts: Vec<Part> = self
-            .server
-            .tracks_mut()
-            .iter_mut()
-            .enumerate()
-            .filter_map(|(t, track)| {
-                let (buckets, cells) = track.store.take_dirty();
-                let store = &track.store;
-                // A freed cell is not sent: no bucket names it any more (PSAO Figure 3).
-                let cells = cells.into_iter().map(|c| (c, store.cells()[c as usize]));
-                let part = Part::new(
-                    t,
-                    buckets
-                        .into_iter()
-                        .map(|b| (b, store.buckets()[b as usize])),
-                    cells.filter(|(_, c)| c.key != EMPTY),
-                );
-                (!part.buckets.is_empty() || !part.cells.is_empty()).then_some(part)
-            })
-            .collect();
-        self.write_points(out, Coverage::Delta, &parts)?;
+        let compression = self.job.compression;
+        self.points
+            .write_delta(&mut self.encoder, compression, out)?;
         // The last frame proves the whole chain of deltas.
         let last = self.frame + 1 == self.job.frames;
         let digest = last.then(|| self.digest());
         self.commit(out, digest)
-    }
-
-    fn write_transforms(&mut self, out: &mut Vec<u8>) -> Result<()> {
-        let mut changed = Vec::new();
-        for (t, track) in self.server.tracks().iter().enumerate() {
-            let transform = transform(track, self.server.pose());
-            if self.sent_transforms[t] != Some(transform) {
-                self.sent_transforms[t] = Some(transform);
-                changed.push((t as u32, transform));
-            }
-        }
-        if !changed.is_empty() {
-            self.encoder
-                .transforms(out, &changed, self.job.compression)?;
-        }
-        Ok(())
-    }
-
-    fn write_points(
-        &mut self,
-        out: &mut Vec<u8>,
-        coverage: Coverage,
-        parts: &[Part],
-    ) -> Result<()> {
-        let updates: Vec<Update> = parts.iter().map(Part::update).collect();
-        Ok(self
-            .encoder
-            .points(out, coverage, &updates, self.job.compression)?)
     }
 
     fn commit(&mut self, out: &mut Vec<u8>, digest: Option<u64>) -> Result<()> {
@@ -388,89 +309,7 @@ impl<'s> Stream<'s> {
 
     fn digest(&self) -> u64 {
         let mut digest = StateDigest::new();
-        for (t, track) in self.server.tracks().iter().enumerate() {
-            let store = &track.store;
-            digest.track(
-                t as u32,
-                self.sent_transforms[t].as_ref(),
-                store.buckets(),
-                store.cells(),
-            );
-        }
+        self.points.digest(&mut digest);
         digest.finish()
-    }
-}
-
-/// Changed buckets and cells of one track.
-struct Part {
-    track: u32,
-    bucket_indices: Vec<u32>,
-    buckets: Vec<Bucket>,
-    cell_indices: Vec<u32>,
-    cells: Vec<Cell>,
-}
-
-impl Part {
-    fn new(
-        track: usize,
-        buckets: impl Iterator<Item = (u32, Bucket)>,
-        cells: impl Iterator<Item = (u32, Cell)>,
-    ) -> Part {
-        let (bucket_indices, buckets) = buckets.unzip();
-        let (cell_indices, cells) = cells.unzip();
-        Part {
-            track: track as u32,
-            bucket_indices,
-            buckets,
-            cell_indices,
-            cells,
-        }
-    }
-
-    fn update(&self) -> Update<'_> {
-        Update {
-            track: self.track,
-            bucket_indices: &self.bucket_indices,
-            buckets: &self.buckets,
-            cell_indices: &self.cell_indices,
-            cells: &self.cells,
-        }
-    }
-}
-
-/// What the stream says of a track: the server's track `t` has id `t`, and is found again by the
-/// path of its instance.
-fn declare(scene: &Scene, t: usize, track: &Track) -> codec::Track {
-    let bounds = track.mesh_bounds();
-    codec::Track {
-        id: t as u32,
-        target: Target {
-            application_id: 0,
-            path: scene.instances[track.instance].name.clone(),
-            content_hash: None,
-        },
-        aabb_min: bounds.min.to_array(),
-        aabb_max: bounds.max.to_array(),
-        space: if track.looks_up_rest_pose() {
-            LookupSpace::Rest
-        } else {
-            LookupSpace::Mesh
-        },
-        model: Model::Points(*track.store.grid()),
-    }
-}
-
-/// World from grid space of a track at a pose.
-fn transform(track: &Track, pose: &Pose) -> Transform {
-    let world: Affine3A = pose.world_from_mesh[track.instance] * track.mesh_from_grid();
-    let rows = world.matrix3.transpose();
-    let t = world.translation;
-    let row = |r: glam::Vec3A, t: f32| [r.x, r.y, r.z, t];
-    Transform {
-        world_from_grid: [
-            row(rows.x_axis, t.x),
-            row(rows.y_axis, t.y),
-            row(rows.z_axis, t.z),
-        ],
     }
 }
