@@ -3,12 +3,14 @@
 //! - [`metrics`]: error of a picture or of a field of ambient occlusion against its reference
 //! - [`ssim`], [`flip`]: the two perceptual metrics they use
 //! - [`stability`]: flicker over time, and the reference's own noise
+//! - [`ddgi`]: the probe method that `probes` is compared with
 //! - [`difference`]: pictures of signed differences
 //! - [`evaluate`]: a stream encoded, decoded and scored
 //! - [`mod@reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
 
 pub mod chart;
+pub mod ddgi;
 pub mod difference;
 pub mod evaluate;
 pub mod flip;

@@ -13,6 +13,7 @@ pub mod image;
 pub mod points;
 pub mod raster;
 pub mod shade;
+pub mod tone;
 pub mod view;
 
 use crate::points::client::PointsState;

@@ -5,6 +5,7 @@
 //! everything (`emitted`) are kept apart, for AO darkens the former alone.
 
 use super::gbuffer::{Fragment, Lookup, NONE, Visibility, fragment};
+use super::tone::tone;
 use super::view::View;
 use crate::scene::{LightKind, LightPose, Pose, Scene};
 use glam::Vec3;
@@ -63,35 +64,10 @@ pub fn shade(fragment: &Fragment, direction: Vec3, lights: &[LightPose]) -> Shad
     }
 }
 
-/// Irradiance from one light of KHR_lights_punctual, unshadowed, with its falloffs.
+/// Irradiance from one light, unshadowed.
 fn irradiance(light: &LightPose, position: Vec3, normal: Vec3) -> Vec3 {
-    let (to_light, attenuation) = match light.kind {
-        LightKind::Directional => (-light.direction, 1.0),
-        LightKind::Point | LightKind::Spot { .. } => {
-            let offset = light.position - position;
-            let d2 = offset.length_squared().max(1e-4);
-            let window = (1.0 - (d2 / (light.range * light.range)).powi(2)).clamp(0.0, 1.0);
-            (offset.normalize_or_zero(), window / d2)
-        }
-    };
-    let cone = match light.kind {
-        LightKind::Spot { inner, outer } => {
-            let (inner, outer) = (inner.cos(), outer.cos());
-            let t = (light.direction.dot(-to_light) - outer) / (inner - outer).max(1e-3);
-            t.clamp(0.0, 1.0).powi(2)
-        }
-        _ => 1.0,
-    };
-    light.intensity * (attenuation * cone * normal.dot(to_light).max(0.0))
-}
-
-/// Radiance that the tone curve shows as white.
-const WHITE: f32 = 6.0;
-
-/// Extended Reinhard curve per channel at exposure 1 (Reinhard et al. 2002, Eq. 4): lights are not
-/// shadowed, so that indoors they add up to far more than white.
-fn tone(c: Vec3) -> Vec3 {
-    (c * (Vec3::ONE + c / (WHITE * WHITE)) / (Vec3::ONE + c)).min(Vec3::ONE)
+    let ray = light.ray(position);
+    light.intensity * (ray.falloff * normal.dot(ray.direction).max(0.0))
 }
 
 /// Shades a visibility buffer of [`SUBPIXELS`] times the picture's size per axis and averages the

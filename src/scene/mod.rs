@@ -12,6 +12,7 @@ mod derived;
 mod framing;
 mod gltf;
 mod hall;
+pub mod light;
 mod normals;
 mod pose;
 pub mod surface;

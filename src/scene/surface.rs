@@ -2,7 +2,7 @@
 //! CPU G-buffer get positions, normals and colours from.
 
 use super::pose::normal_matrix;
-use super::{Mesh, Pose, Scene};
+use super::{Material, Mesh, Pose, Scene};
 use glam::{Affine3A, Vec2, Vec3, Vec3A};
 
 /// A shading normal is kept at least this cosine above the geometric surface, so that a normal map
@@ -97,6 +97,19 @@ fn keep_above(normal: Vec3, geometric: Vec3) -> Vec3 {
 }
 
 impl Scene {
+    /// The material of a triangle of an instance, if there is such a one.
+    pub fn material_of(&self, instance: usize, triangle: usize) -> Option<&Material> {
+        let mesh = &self.meshes[self.instances[instance].mesh];
+        let material = *mesh.materials.get(triangle)?;
+        self.materials.get(material as usize)
+    }
+
+    /// Whether a triangle's back is a surface like its front, to what culls backs.
+    pub fn is_double_sided(&self, instance: usize, triangle: usize) -> bool {
+        self.material_of(instance, triangle)
+            .is_some_and(|m| m.double_sided)
+    }
+
     /// The surface at barycentric coordinates `u`, `v` (weights of the second and third corner) of
     /// a triangle of an instance. The pose must be one of this scene.
     ///

@@ -140,6 +140,7 @@ impl Blas {
     }
 
     /// The opaque hit with the least `t <= t_max`, of several the one of the lowest triangle.
+    /// `opaque` is asked about every triangle that is hit nearer than those before.
     #[inline(always)]
     pub fn closest(
         &self,
@@ -154,7 +155,7 @@ impl Blas {
             let packet = &self.packets[leaf as usize];
             let mut candidates = packet.candidates(ray);
             while let Some(hit) = packet.next_hit(&mut candidates, ray, t_max) {
-                if hit.masked && !opaque(&hit) {
+                if !opaque(&hit) {
                     continue;
                 }
                 if best.is_none_or(|b| (hit.t, hit.triangle) < (b.t, b.triangle)) {

@@ -12,6 +12,7 @@
 //! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
 //! - [`instructions`] is where the processor's vectors come in.
 //! - [`offset`] and [`sampler`] say where rays start and where they go.
+//! - [`path`] follows light along whole paths.
 //!
 //! Triangles of MASK materials let rays through where the texture has a hole
 //! ([`Scene::alpha_is_hole`]); those of
@@ -24,6 +25,7 @@ mod instructions;
 mod occlusion;
 pub mod offset;
 mod packet;
+pub mod path;
 mod placed;
 pub mod sampler;
 mod slab;
@@ -44,6 +46,7 @@ use placed::Placed;
 use rayon::prelude::*;
 use sampler::Patterns;
 use slab::SlabRay;
+use std::cell::Cell;
 use std::sync::{Arc, RwLock};
 use wide::WideBvh;
 
@@ -66,6 +69,9 @@ pub struct Hit {
     /// Barycentric weights of the triangle's second and third vertex.
     pub u: f32,
     pub v: f32,
+    /// The ray meets the triangle from behind, where its corners run clockwise (in mesh space: a
+    /// mirrored instance has its front where its mesh has it).
+    pub back: bool,
 }
 
 /// What [`Tracer::update`] had to do.
@@ -281,22 +287,39 @@ impl<'s> Tracer<'s> {
     /// The nearest opaque intersection at `0 < t <= t_max`; of several at the same `t` the one with
     /// the lowest instance, then the lowest triangle.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        self.closest_with(ray, &AllSides)
+    }
+
+    /// [`Tracer::closest`] of a ray that passes the backs of single-sided materials, as a
+    /// rasteriser does that culls them; and the distance of the nearest back that it passed (also
+    /// of one that lies behind the hit, so compare), infinite if there was none.
+    pub fn closest_front(&self, ray: &Ray) -> (Option<Hit>, f32) {
+        let fronts = FrontSides {
+            scene: self.scene,
+            nearest_back: Cell::new(f32::INFINITY),
+        };
+        let hit = self.closest_with(ray, &fronts);
+        (hit, fronts.nearest_back.get())
+    }
+
+    #[inline(always)]
+    fn closest_with(&self, ray: &Ray, sides: &impl Sides) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
         if let Some(avx2) = self.avx2 {
             // SAFETY: an `Avx2` exists only where the processor was found to have AVX2.
-            return unsafe { self.closest_avx2(avx2, ray) };
+            return unsafe { self.closest_avx2(avx2, ray, sides) };
         }
-        self.closest_body(Portable, ray)
+        self.closest_body(Portable, ray, sides)
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn closest_avx2(&self, avx2: Avx2, ray: &Ray) -> Option<Hit> {
-        self.closest_body(avx2, ray)
+    fn closest_avx2(&self, avx2: Avx2, ray: &Ray, sides: &impl Sides) -> Option<Hit> {
+        self.closest_body(avx2, ray, sides)
     }
 
     #[inline(always)]
-    fn closest_body(&self, with: impl Instructions, ray: &Ray) -> Option<Hit> {
+    fn closest_body(&self, with: impl Instructions, ray: &Ray, sides: &impl Sides) -> Option<Hit> {
         let world = self.world_ray(ray)?;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
@@ -306,11 +329,18 @@ impl<'s> Tracer<'s> {
                 continue;
             };
             let ray = placed.ray(&world);
-            let opaque = |hit: &TriangleHit| self.is_opaque(instance, hit);
+            let opaque = |hit: &TriangleHit| {
+                (!hit.masked || self.is_opaque(instance, hit)) && sides.stop(instance, hit)
+            };
             if let Some(hit) = self.blases[placed.blas as usize].closest(with, &ray, t_max, opaque)
             {
                 let TriangleHit {
-                    t, triangle, u, v, ..
+                    t,
+                    triangle,
+                    u,
+                    v,
+                    back,
+                    ..
                 } = hit;
                 let hit = Hit {
                     t,
@@ -318,6 +348,7 @@ impl<'s> Tracer<'s> {
                     triangle,
                     u,
                     v,
+                    back,
                 };
                 if best.is_none_or(|b| hit.precedes(&b)) {
                     best = Some(hit);
@@ -371,6 +402,43 @@ impl<'s> Tracer<'s> {
         }
         let point = Vec3::from(placed.point(point.to_array()));
         self.blases[placed.blas as usize].within(point, distance * placed.stretch * (1.0 + 1e-5))
+    }
+}
+
+/// Which sides of opaque triangles stop a ray.
+trait Sides {
+    fn stop(&self, instance: u32, hit: &TriangleHit) -> bool;
+}
+
+struct AllSides;
+
+impl Sides for AllSides {
+    #[inline(always)]
+    fn stop(&self, _: u32, _: &TriangleHit) -> bool {
+        true
+    }
+}
+
+/// Fronts, and the backs of double-sided materials.
+struct FrontSides<'s> {
+    scene: &'s Scene,
+    nearest_back: Cell<f32>,
+}
+
+impl Sides for FrontSides<'_> {
+    #[inline(always)]
+    fn stop(&self, instance: u32, hit: &TriangleHit) -> bool {
+        if !hit.back
+            || self
+                .scene
+                .is_double_sided(instance as usize, hit.triangle as usize)
+        {
+            return true;
+        }
+        // The walk comes to all triangles before the nearest that stops it, and a minimum does not
+        // depend on their order.
+        self.nearest_back.set(self.nearest_back.get().min(hit.t));
+        false
     }
 }
 

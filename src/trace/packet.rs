@@ -36,6 +36,8 @@ pub struct TriangleHit {
     pub v: f32,
     /// The material may have a hole here.
     pub masked: bool,
+    /// The ray meets the side from which the corners run clockwise.
+    pub back: bool,
 }
 
 impl Packet {
@@ -107,6 +109,7 @@ impl Packet {
             [0.0f32; LANES],
         );
         let mut inside = [0u32; LANES];
+        let mut behind = [0u32; LANES];
         for i in 0..LANES {
             let px = dy * e2[2][i] - dz * e2[1][i];
             let py = dz * e2[0][i] - dx * e2[2][i];
@@ -124,14 +127,17 @@ impl Packet {
             let t = flip(e2[0][i] * qx + e2[1][i] * qy + e2[2][i] * qz);
             let d = d.abs();
             (det[i], us[i], vs[i], ts[i]) = (d, u, v, t);
+            behind[i] = sign >> 31;
             inside[i] = u32::from((u >= 0.0) & (v >= 0.0) & (u + v <= d) & (t > 0.0) & (d > 0.0));
         }
-        let mut mask = 0;
-        for (i, inside) in inside.iter().enumerate() {
-            mask |= inside << i;
+        let (mut mask, mut back) = (0, 0);
+        for i in 0..LANES {
+            mask |= inside[i] << i;
+            back |= behind[i] << i;
         }
         Candidates {
             mask,
+            back,
             det,
             u: us,
             v: vs,
@@ -162,6 +168,7 @@ impl Packet {
                     u: from.u[i] / det,
                     v: from.v[i] / det,
                     masked: self.id[i] & MASKED != 0,
+                    back: from.back >> i & 1 != 0,
                 });
             }
         }
@@ -169,10 +176,12 @@ impl Packet {
     }
 }
 
-/// What [`Packet::candidates`] found: a bit per lane, and the solution times the determinant.
+/// What [`Packet::candidates`] found: a bit per lane, another for those seen from behind, and the
+/// solution times the determinant.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidates {
     mask: u32,
+    back: u32,
     det: [f32; LANES],
     u: [f32; LANES],
     v: [f32; LANES],

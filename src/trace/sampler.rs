@@ -98,6 +98,16 @@ impl Frame {
         }
     }
 
+    /// [`Frame::new`] without a turn.
+    pub fn about(normal: Vec3) -> Frame {
+        Frame::new(normal, Turn { cos: 1.0, sin: 0.0 })
+    }
+
+    #[inline(always)]
+    pub fn to_local(self, d: Vec3) -> Vec3 {
+        Vec3::new(self.x.dot(d), self.y.dot(d), self.z.dot(d))
+    }
+
     #[inline(always)]
     pub fn to_world(self, d: Vec3) -> Vec3 {
         self.x * d.x + self.y * d.y + self.z * d.z
@@ -105,25 +115,21 @@ impl Frame {
 }
 
 /// The first two dimensions of Sobol's sequence, as fractions of 2^32.
-fn sobol(index: u32) -> [u32; 2] {
-    let x = index.reverse_bits();
-    // The second dimension's direction numbers are Pascal's triangle modulo 2.
-    let mut y = 0;
-    let mut direction = 1u32 << 31;
-    let mut i = index;
-    while i != 0 {
-        if i & 1 != 0 {
-            y ^= direction;
-        }
-        direction ^= direction >> 1;
-        i >>= 1;
-    }
-    [x, y]
+pub(super) fn sobol(index: u32) -> [u32; 2] {
+    // The second dimension's direction numbers are Pascal's triangle modulo 2: bit j is the sum
+    // over all bits i of the index with j a subset of i (Lucas), which is a product of five steps.
+    let mut y = index;
+    y ^= y >> 1 & 0x5555_5555;
+    y ^= y >> 2 & 0x3333_3333;
+    y ^= y >> 4 & 0x0f0f_0f0f;
+    y ^= y >> 8 & 0x00ff_00ff;
+    y ^= y >> 16 & 0x0000_ffff;
+    [index.reverse_bits(), y.reverse_bits()]
 }
 
 /// Nested uniform scrambling of a fraction of 2^32 (Laine and Karras 2011, constants of Burley
 /// 2020).
-fn scramble(x: u32, seed: u32) -> u32 {
+pub(super) fn scramble(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits();
     x = x.wrapping_add(seed);
     x ^= x.wrapping_mul(0x6c50_b47c);
@@ -134,7 +140,7 @@ fn scramble(x: u32, seed: u32) -> u32 {
 }
 
 /// A well-mixed permutation of 32 bits (Wellons, `lowbias32`).
-fn hash(mut x: u32) -> u32 {
+pub(super) fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;
@@ -177,6 +183,20 @@ fn hilbert(p: [f64; 2]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_second_dimension_follows_its_direction_numbers() {
+        for index in (0..1 << 12).chain((0..32).map(|b| 0xdead_beef >> b)) {
+            let (mut y, mut direction) = (0, 1u32 << 31);
+            for bit in 0..32 {
+                if index >> bit & 1 != 0 {
+                    y ^= direction;
+                }
+                direction ^= direction >> 1;
+            }
+            assert_eq!(sobol(index)[1], y, "{index}");
+        }
+    }
 
     /// Sobol' points in base 2 are a (0, 2)-sequence, and Owen scrambling keeps it so.
     #[test]

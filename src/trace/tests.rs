@@ -157,7 +157,12 @@ impl Tracer<'_> {
             let Some(placed) = placed else { continue };
             self.blases[placed.blas as usize].brute_force(&placed.ray(&world), ray.t_max, |hit| {
                 let TriangleHit {
-                    t, triangle, u, v, ..
+                    t,
+                    triangle,
+                    u,
+                    v,
+                    back,
+                    ..
                 } = hit;
                 let found = Hit {
                     t,
@@ -165,6 +170,7 @@ impl Tracer<'_> {
                     triangle,
                     u,
                     v,
+                    back,
                 };
                 if (!hit.masked || self.is_opaque(i as u32, &hit))
                     && best.is_none_or(|b| found.precedes(&b))

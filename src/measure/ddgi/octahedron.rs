@@ -1,0 +1,127 @@
+//! The octahedral map of a probe: directions of texels, and bilinear look-ups that wrap.
+
+use glam::{Vec2, Vec3};
+
+/// A square octahedral map (Cigolle et al. 2014) of `side` texels along each side.
+pub struct Octahedron {
+    side: usize,
+    /// Of the texels' centres, row by row.
+    pub directions: Vec<Vec3>,
+}
+
+impl Octahedron {
+    pub fn new(side: usize) -> Octahedron {
+        let centre = |i: usize| 2.0 * (i as f32 + 0.5) / side as f32 - 1.0;
+        let directions = (0..side * side)
+            .map(|i| direction(Vec2::new(centre(i % side), centre(i / side))))
+            .collect();
+        Octahedron { side, directions }
+    }
+
+    pub fn texels(&self) -> usize {
+        self.side * self.side
+    }
+
+    /// The four texels around a direction and their weights, which sum to 1.
+    pub fn around(&self, direction: Vec3) -> [(usize, f32); 4] {
+        let side = self.side as f32;
+        let at = (coordinates(direction) * 0.5 + 0.5) * side - 0.5;
+        let corner = at.floor();
+        let f = at - corner;
+        let (x, y) = (corner.x as i32, corner.y as i32);
+        [
+            (self.wrap(x, y), (1.0 - f.x) * (1.0 - f.y)),
+            (self.wrap(x + 1, y), f.x * (1.0 - f.y)),
+            (self.wrap(x, y + 1), (1.0 - f.x) * f.y),
+            (self.wrap(x + 1, y + 1), f.x * f.y),
+        ]
+    }
+
+    /// The texel at a place one beyond the map's edge, or inside: an edge continues at its own
+    /// mirror image.
+    fn wrap(&self, x: i32, y: i32) -> usize {
+        let last = self.side as i32 - 1;
+        let (mut x, mut y) = (x, y);
+        if x < 0 || x > last {
+            x = x.clamp(0, last);
+            y = last - y;
+        }
+        if y < 0 || y > last {
+            y = y.clamp(0, last);
+            x = last - x;
+        }
+        y as usize * self.side + x as usize
+    }
+}
+
+fn sign(v: Vec2) -> Vec2 {
+    Vec2::new(1f32.copysign(v.x), 1f32.copysign(v.y))
+}
+
+/// Unit vector of coordinates in -1..=1.
+fn direction(at: Vec2) -> Vec3 {
+    let z = 1.0 - at.x.abs() - at.y.abs();
+    let xy = match z < 0.0 {
+        true => (Vec2::ONE - Vec2::new(at.y.abs(), at.x.abs())) * sign(at),
+        false => at,
+    };
+    Vec3::new(xy.x, xy.y, z).normalize()
+}
+
+/// Coordinates in -1..=1 of a vector that is not zero.
+fn coordinates(direction: Vec3) -> Vec2 {
+    let n = direction / (direction.x.abs() + direction.y.abs() + direction.z.abs());
+    let xy = Vec2::new(n.x, n.y);
+    match n.z < 0.0 {
+        true => (Vec2::ONE - Vec2::new(n.y.abs(), n.x.abs())) * sign(xy),
+        false => xy,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_texel_finds_itself() {
+        for side in [8, 16] {
+            let map = Octahedron::new(side);
+            for (i, &direction) in map.directions.iter().enumerate() {
+                let weight: f32 = map
+                    .around(direction)
+                    .iter()
+                    .filter(|(texel, _)| *texel == i)
+                    .map(|(_, weight)| weight)
+                    .sum();
+                assert!(weight > 0.999, "texel {i} of {side}: {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_look_up_is_continuous_over_every_edge() {
+        let map = Octahedron::new(8);
+        let smooth = |d: Vec3| d.x + 2.0 * d.y - d.z;
+        let values: Vec<f32> = map.directions.iter().map(|&d| smooth(d)).collect();
+        let sample = |d: Vec3| -> f32 { map.around(d).iter().map(|(i, w)| values[*i] * w).sum() };
+        let mut last: Option<f32> = None;
+        for step in 0..=100_000 {
+            let (phi, theta) = (step as f32 * 0.01, step as f32 * 3.14159e-5);
+            let d = Vec3::new(
+                theta.sin() * phi.cos(),
+                theta.sin() * phi.sin(),
+                theta.cos(),
+            );
+            let value = sample(d);
+            assert!(
+                (value - smooth(d)).abs() < 0.2,
+                "{d}: {value} for {}",
+                smooth(d)
+            );
+            if let Some(last) = last {
+                assert!((value - last).abs() < 0.06, "a jump at {d}");
+            }
+            last = Some(value);
+        }
+    }
+}
