@@ -1,0 +1,8 @@
+//! `probes`: incident light at the nodes of a grid in spherical harmonics (DDISH-GI).
+//!
+//! [`sh`] is the basis, [`ggx`] the glossy lobe in it, [`dering`] what keeps light from going
+//! negative. Server: [`volume`] -> [`server`]. Client: [`sample`].
+
+pub mod dering;
+pub mod ggx;
+pub mod sh;
