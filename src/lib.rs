@@ -6,6 +6,7 @@
 
 pub mod error;
 pub mod points;
+pub mod probes;
 
 #[cfg(feature = "encode")]
 pub mod scene;

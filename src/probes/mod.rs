@@ -1,0 +1,12 @@
+//! `probes`: incident light at the nodes of a grid in spherical harmonics (DDISH-GI).
+//!
+//! [`sh`] is the basis, [`ggx`] the glossy lobe in it, [`dering`] what keeps light from going
+//! negative, [`lattice`] where the probes stand, [`visibility`] how far they see. Server: `volume` ->
+//! `server`. Client: [`sample`].
+
+pub mod dering;
+pub mod ggx;
+pub mod lattice;
+pub mod sample;
+pub mod sh;
+pub mod visibility;

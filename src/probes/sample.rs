@@ -1,0 +1,141 @@
+//! The client's sampler: the light at a surface position from the probes about it, and what a
+//! material makes of it (DDISH-GI §3.2, Appendix A). The oracle that every other sampler is held to.
+//!
+//! Everything is in grid space ([`super::lattice`]). Two interpolations: [`trilinear`], which a
+//! texture unit does, and [`resistant`], which keeps light from coming through walls. Both are
+//! means of the probes' expansions, so that what is non-negative at every probe is so in between.
+
+use super::ggx;
+use super::lattice::Lattice;
+use super::sh::{self, L2};
+use super::visibility::Visibility;
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// Share of the smallest spacing by which a point is lifted along its normal, and towards the
+/// viewer, before a probe is asked whether it sees it: `0.75 * 0.3` times 0.2 and 0.8 (Majercik et
+/// al. 2021, *Scaling Probe-Based Real-Time Dynamic Global Illumination for Production*, §4). What
+/// a probe knows of distances is blurred by a texel's angle, so that a surface would shade itself.
+/// SHARED with the client's shader.
+pub const NORMAL_BIAS: f32 = 0.045;
+/// See [`NORMAL_BIAS`]. SHARED with the client's shader.
+pub const VIEW_BIAS: f32 = 0.18;
+/// The least weight of a probe on the far side of the surface: the wrap `((1 + cos) / 2)^2 + 0.2` of
+/// Majercik 2019. A probe behind the tangent plane still says something about the light in front,
+/// and at a grazing surface there may be no other. SHARED with the client's shader.
+pub const WRAP: f32 = 0.2;
+/// What a probe counts that does not see the point, relative to one that does. Not 0, so that where
+/// none sees it the result is their mean and comes without a jump; so small that a sun of 1e5
+/// behind a wall adds 0.1. SHARED with the client's shader.
+pub const UNSEEN: f32 = 1e-6;
+/// What an absent probe counts: less than any present one. Where all eight are absent the result is
+/// the fill that the format makes for them. SHARED with the client's shader.
+pub const ABSENT: f32 = 1e-12;
+/// Normal reflectance of a dielectric (glTF 2.0 §3.9.6: index of refraction 1.5).
+pub const DIELECTRIC: f32 = 0.04;
+
+/// The probes of a volume as decoded.
+#[derive(Clone, Copy, Debug)]
+pub struct Field<'a> {
+    pub lattice: Lattice,
+    /// Radiance at each probe, absent ones filled by the format's rule.
+    pub radiance: &'a [L2],
+    /// Whether each probe is present.
+    pub present: &'a [bool],
+    pub visibility: Option<Visibility<'a>>,
+}
+
+/// The light at `x` by trilinear interpolation; outside the volume, that of the nearest point of its
+/// box. Absent probes count with what the format fills them with. A probe beyond `radiance` is black.
+pub fn trilinear(field: &Field, x: Vec3) -> L2 {
+    let mut sum = [Vec3::ZERO; sh::L2_COUNT];
+    for corner in field.lattice.corners(x) {
+        add(&mut sum, field, corner.probe, corner.weight);
+    }
+    sum
+}
+
+/// The light at `x` with unit normal `n`, seen from unit direction `v`, by the probes that can tell:
+///
+/// `weight = trilinear * (((1 + cos) / 2)^2 + WRAP) * max(visibility, UNSEEN)`, where cos is between n
+/// and the direction to the probe, visibility is [`Visibility::share`] of the biased point
+/// `x + (NORMAL_BIAS n + VIEW_BIAS v) * smallest spacing`, 1 for a volume without; [`ABSENT`] in
+/// place of the last factor for an absent probe.
+///
+/// The weights are normalised, and never all vanish: where no probe sees the point it gets their
+/// mean without visibility, where all are absent their fill.
+pub fn resistant(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> L2 {
+    let lattice = &field.lattice;
+    let seen_at = x + (n * NORMAL_BIAS + v * VIEW_BIAS) * lattice.spacing.min_element();
+    let mut sum = [Vec3::ZERO; sh::L2_COUNT];
+    let mut total = 0.0;
+    for corner in lattice.corners(x) {
+        let probe = lattice.position(corner.probe);
+        let cosine = (probe - x).normalize_or(n).dot(n);
+        let wrap = (0.5 + 0.5 * cosine).powi(2) + WRAP;
+        let trust = if !field.present.get(corner.probe).is_some_and(|p| *p) {
+            ABSENT
+        } else if let Some(visibility) = &field.visibility {
+            visibility.share(corner.probe, seen_at - probe).max(UNSEEN)
+        } else {
+            1.0
+        };
+        let weight = corner.weight * wrap * trust;
+        total += weight;
+        add(&mut sum, field, corner.probe, weight);
+    }
+    if total > 0.0 {
+        sum.map(|c| c / total)
+    } else {
+        trilinear(field, x)
+    }
+}
+
+fn add(sum: &mut L2, field: &Field, probe: usize, weight: f32) {
+    if let Some(radiance) = field.radiance.get(probe) {
+        for (s, c) in sum.iter_mut().zip(radiance) {
+            *s += *c * weight;
+        }
+    }
+}
+
+/// What indirect light needs to know of a glTF metallic-roughness material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Linear RGB.
+    pub base_color: Vec3,
+    pub metallic: f32,
+    pub roughness: f32,
+}
+
+/// Radiance towards the viewer, linear RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Indirect {
+    pub diffuse: Vec3,
+    pub glossy: Vec3,
+}
+
+/// Indirect light of a surface of unit normal `n` seen from unit direction `v`.
+///
+/// `f0 = mix(0.04, base_color, metallic)`; glossy: the lobe's value about [`ggx::lobe_direction`]
+/// times `f0 * scale + bias`; diffuse: `base_color (1 - metallic) / pi` times irradiance, times what
+/// the dielectric's gloss leaves, `1 - (0.04 * scale + bias)`, so that no light is made. Where an
+/// expansion rings below zero, it counts as zero.
+pub fn shade(radiance: &L2, material: &Material, n: Vec3, v: Vec3) -> Indirect {
+    let roughness = material.roughness.clamp(0.0, 1.0);
+    let metallic = material.metallic.clamp(0.0, 1.0);
+    let [scale, bias] = ggx::environment(n.dot(v), roughness);
+    let f0 = Vec3::splat(DIELECTRIC).lerp(material.base_color, metallic);
+    let lobe = ggx::lobe_direction(n, v, roughness);
+    let reflected = sh::convolved(radiance, &ggx::lobe(roughness), lobe).max(Vec3::ZERO);
+    let irradiance = sh::irradiance(radiance, n).max(Vec3::ZERO);
+    let left = 1.0 - (DIELECTRIC * scale + bias);
+    Indirect {
+        diffuse: material.base_color * irradiance * ((1.0 - metallic) * left / PI),
+        glossy: reflected * (f0 * scale + bias),
+    }
+}
+
+#[cfg(test)]
+#[path = "sample_tests.rs"]
+mod tests;
