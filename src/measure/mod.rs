@@ -5,6 +5,7 @@
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`ddgi`]: the probe method that `probes` is compared with
 //! - [`difference`]: pictures of signed differences
+//! - [`light`]: pictures by indirect light from probes, and their scores
 //! - [`evaluate`]: a stream encoded, decoded and scored
 //! - [`mod@reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
@@ -14,6 +15,7 @@ pub mod ddgi;
 pub mod difference;
 pub mod evaluate;
 pub mod flip;
+pub mod light;
 pub mod metrics;
 pub mod reference;
 pub mod report;

@@ -10,3 +10,5 @@ pub mod lattice;
 pub mod sample;
 pub mod sh;
 pub mod visibility;
+#[cfg(feature = "encode")]
+pub mod volume;

@@ -1,6 +1,7 @@
 //! The octahedral map of a probe: directions of texels, and bilinear look-ups that wrap.
 
-use glam::{Vec2, Vec3};
+use crate::probes::visibility::{octahedral, texel_direction};
+use glam::Vec3;
 
 /// A square octahedral map (Cigolle et al. 2014) of `side` texels along each side.
 pub struct Octahedron {
@@ -11,10 +12,8 @@ pub struct Octahedron {
 
 impl Octahedron {
     pub fn new(side: usize) -> Octahedron {
-        let centre = |i: usize| 2.0 * (i as f32 + 0.5) / side as f32 - 1.0;
-        let directions = (0..side * side)
-            .map(|i| direction(Vec2::new(centre(i % side), centre(i / side))))
-            .collect();
+        let texels = 0..side * side;
+        let directions = texels.map(|i| texel_direction(i, side as u32)).collect();
         Octahedron { side, directions }
     }
 
@@ -25,7 +24,7 @@ impl Octahedron {
     /// The four texels around a direction and their weights, which sum to 1.
     pub fn around(&self, direction: Vec3) -> [(usize, f32); 4] {
         let side = self.side as f32;
-        let at = (coordinates(direction) * 0.5 + 0.5) * side - 0.5;
+        let at = (octahedral(direction) * 0.5 + 0.5) * side - 0.5;
         let corner = at.floor();
         let f = at - corner;
         let (x, y) = (corner.x as i32, corner.y as i32);
@@ -51,30 +50,6 @@ impl Octahedron {
             x = last - x;
         }
         y as usize * self.side + x as usize
-    }
-}
-
-fn sign(v: Vec2) -> Vec2 {
-    Vec2::new(1f32.copysign(v.x), 1f32.copysign(v.y))
-}
-
-/// Unit vector of coordinates in -1..=1.
-fn direction(at: Vec2) -> Vec3 {
-    let z = 1.0 - at.x.abs() - at.y.abs();
-    let xy = match z < 0.0 {
-        true => (Vec2::ONE - Vec2::new(at.y.abs(), at.x.abs())) * sign(at),
-        false => at,
-    };
-    Vec3::new(xy.x, xy.y, z).normalize()
-}
-
-/// Coordinates in -1..=1 of a vector that is not zero.
-fn coordinates(direction: Vec3) -> Vec2 {
-    let n = direction / (direction.x.abs() + direction.y.abs() + direction.z.abs());
-    let xy = Vec2::new(n.x, n.y);
-    match n.z < 0.0 {
-        true => (Vec2::ONE - Vec2::new(n.y.abs(), n.x.abs())) * sign(xy),
-        false => xy,
     }
 }
 
