@@ -73,13 +73,10 @@ mod tests {
         }
     }
 
+    /// A wrong wrap at an edge or corner takes texels from elsewhere.
     #[test]
-    fn a_look_up_is_continuous_over_every_edge() {
-        let map = Octahedron::new(8);
-        let smooth = |d: Vec3| d.x + 2.0 * d.y - d.z;
-        let values: Vec<f32> = map.directions.iter().map(|&d| smooth(d)).collect();
-        let sample = |d: Vec3| -> f32 { map.around(d).iter().map(|(i, w)| values[*i] * w).sum() };
-        let mut last: Option<f32> = None;
+    fn a_look_up_takes_texels_near_its_direction() {
+        let map = Octahedron::new(16);
         for step in 0..=100_000 {
             let (phi, theta) = (step as f32 * 0.01, step as f32 * 3.14159e-5);
             let d = Vec3::new(
@@ -87,16 +84,14 @@ mod tests {
                 theta.sin() * phi.sin(),
                 theta.cos(),
             );
-            let value = sample(d);
-            assert!(
-                (value - smooth(d)).abs() < 0.2,
-                "{d}: {value} for {}",
-                smooth(d)
-            );
-            if let Some(last) = last {
-                assert!((value - last).abs() < 0.06, "a jump at {d}");
+            let texels = map.around(d);
+            let sum: f32 = texels.iter().map(|(_, weight)| weight).sum();
+            assert!((sum - 1.0).abs() < 1e-5, "weights at {d} add up to {sum}");
+            for (texel, weight) in texels {
+                let cosine = map.directions[texel].dot(d);
+                // A texel is at most 0.2 wide, and up to two lie in between at a corner.
+                assert!(weight < 1e-4 || cosine > 0.92, "{texel} at {d}: {cosine}");
             }
-            last = Some(value);
         }
     }
 }
