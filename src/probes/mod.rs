@@ -8,6 +8,8 @@ pub mod dering;
 pub mod ggx;
 pub mod lattice;
 pub mod sample;
+#[cfg(feature = "encode")]
+pub mod server;
 pub mod sh;
 pub mod visibility;
 #[cfg(feature = "encode")]

@@ -1,0 +1,333 @@
+//! The server: keeps the light at every probe up to date (DDISH-GI §3.1).
+//!
+//! A frame sends rays from every probe, fits an expansion to what arrives ([`projection`]), mixes it
+//! with what the probe remembers ([`history`]), finds probes inside bodies and measures how far
+//! probes see ([`sight`]). What arrives along a ray is the caller's: a path tracer, or a formula.
+
+mod history;
+mod projection;
+mod sight;
+
+pub use history::Hysteresis;
+
+use super::sh::{L2, MAX_DEGREE};
+use super::visibility::{SIDES, Visibility};
+use super::volume::{Volume, spiral};
+use crate::points::rng::Rng;
+use crate::{Error, Result};
+use glam::Vec3;
+use history::History;
+use rayon::prelude::*;
+use sight::{Presence, Sums};
+use std::time::{Duration, Instant};
+
+/// Reach of the visibility block in diagonals of a cell: a point asks probes at most one diagonal
+/// away, and the rest is for the bias and for a distribution that is not cut at its mean (DDGI).
+const RANGE: f32 = 1.5;
+/// A probe inside a body is asked again every so many frames.
+const ABSENT_PERIOD: u32 = 8;
+
+/// What the server is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Rays a probe and frame.
+    pub samples: u32,
+    pub hysteresis: Hysteresis,
+    /// Degree of the expansions, 0 to 4; the format holds 2.
+    pub degree: usize,
+    /// A probe is given out anew when a coefficient differs from what was given out last by more
+    /// than this share of the mean radiance's coefficient. 0: at any change.
+    pub threshold: f32,
+    /// Texels a side of the visibility block: 4, 8 or 16; 0 for none.
+    pub visibility: u32,
+    /// Frames whose rays the block gathers before it is frozen.
+    pub visibility_frames: u32,
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            samples: 256,
+            hysteresis: Hysteresis::Fixed(0.99),
+            degree: 2,
+            threshold: 1.0 / 512.0,
+            visibility: 8,
+            visibility_frames: 16,
+            seed: 0,
+        }
+    }
+}
+
+/// Which ray of which probe in which frame: what a ray's random numbers may depend on, and no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draw {
+    pub probe: u32,
+    pub frame: u32,
+    /// 0 to [`Options::samples`].
+    pub sample: u32,
+}
+
+/// What a ray of a probe brings back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrived {
+    /// Linear RGB.
+    pub radiance: Vec3,
+    /// Metres to the surface that is seen; infinite for the sky.
+    pub distance: f32,
+    /// Whether it met the back of a surface, there or on the way.
+    pub back_face: bool,
+}
+
+/// What one frame did.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tick {
+    pub rays: u64,
+    /// Probes that are not inside bodies.
+    pub present: usize,
+    /// Probes to send: light or presence differ from what was given out last.
+    pub changed: usize,
+    /// Probes whose history was dropped because their light changed.
+    pub dropped: usize,
+    /// Whether the visibility block differs from the last frame's.
+    pub visibility_changed: bool,
+    pub update_time: Duration,
+}
+
+/// One probe as given out.
+#[derive(Clone, Debug, Default)]
+struct Probe {
+    history: History,
+    presence: Presence,
+    sums: Sums,
+    /// Whether its history was dropped in the last frame.
+    dropped: bool,
+    rays: u32,
+    /// As given out: `(degree + 1)²` coefficients.
+    radiance: Vec<Vec3>,
+    present: bool,
+    changed: bool,
+}
+
+/// The probes of one volume.
+#[derive(Clone, Debug)]
+pub struct Server {
+    volume: Volume,
+    options: Options,
+    probes: Vec<Probe>,
+    frame: u32,
+    /// The spread of directions before it is turned, and the directions of a block's texels.
+    pattern: Vec<Vec3>,
+    texels: Vec<Vec3>,
+    codes: Vec<[u8; 2]>,
+    /// Frames that the visibility block has gathered.
+    gathered: u32,
+}
+
+impl Server {
+    /// Options out of their range are errors. No ray is sent yet: all is dark.
+    pub fn new(volume: Volume, options: Options) -> Result<Server> {
+        let share = options.hysteresis.share();
+        let wrong = if options.samples == 0 {
+            Some("a probe needs at least one sample a frame".to_string())
+        } else if !(0.8..=0.998).contains(&share) {
+            Some(format!("hysteresis is between 0.8 and 0.998, not {share}"))
+        } else if options.degree > MAX_DEGREE {
+            let degree = options.degree;
+            Some(format!(
+                "degrees go from 0 to {MAX_DEGREE}, not to {degree}"
+            ))
+        } else if options.visibility != 0 && !SIDES.contains(&options.visibility) {
+            let side = options.visibility;
+            Some(format!(
+                "a visibility block has 4, 8 or 16 texels a side, or 0 for none, not {side}"
+            ))
+        } else {
+            None
+        };
+        if let Some(message) = wrong {
+            return Err(Error::Invalid(message));
+        }
+        let count = volume.lattice.count();
+        let side = options.visibility as usize;
+        let samples = options.samples as usize;
+        Ok(Server {
+            volume,
+            options,
+            probes: vec![Probe::default(); count],
+            frame: 0,
+            pattern: (0..samples).map(|i| spiral(i, samples)).collect(),
+            texels: sight::texels(options.visibility),
+            codes: vec![[255, 0]; count * side * side],
+            gathered: 0,
+        })
+    }
+
+    pub fn volume(&self) -> &Volume {
+        &self.volume
+    }
+
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Frames so far.
+    pub fn frame(&self) -> u32 {
+        self.frame
+    }
+
+    /// The light at a probe as given out last, `(degree + 1)²` coefficients; empty before the first
+    /// frame. World axes, which are the grid's.
+    pub fn radiance(&self, probe: usize) -> &[Vec3] {
+        &self.probes[probe].radiance
+    }
+
+    /// The same as the format holds it: cut or filled up to degree 2.
+    pub fn l2(&self, probe: usize) -> L2 {
+        let radiance = self.radiance(probe);
+        std::array::from_fn(|i| radiance.get(i).copied().unwrap_or_default())
+    }
+
+    /// Whether the probe stands in the open.
+    pub fn is_present(&self, probe: usize) -> bool {
+        self.probes[probe].present
+    }
+
+    /// Whether the last frame changed what is given out.
+    pub fn is_changed(&self, probe: usize) -> bool {
+        self.probes[probe].changed
+    }
+
+    /// How far the probes see; `None` if it was not asked for.
+    pub fn visibility(&self) -> Option<Visibility<'_>> {
+        (self.options.visibility > 0).then(|| Visibility {
+            side: self.options.visibility,
+            range: self.range(),
+            texels: &self.codes,
+        })
+    }
+
+    /// Metres that code 255 of the visibility block stands for.
+    pub fn range(&self) -> f32 {
+        RANGE * self.volume.lattice.spacing.length()
+    }
+
+    /// Starts the visibility block over: something that casts shadow has moved for good.
+    pub fn geometry_changed(&mut self) {
+        self.gathered = 0;
+        for probe in &mut self.probes {
+            probe.sums = Sums::default();
+        }
+    }
+
+    /// One frame. `arrive(origin, direction, draw)` is the light that arrives at `origin` from unit
+    /// `direction`, both in world space; a sample that is not finite counts as black. It is called
+    /// from many threads, and the result depends on what it returns alone.
+    pub fn update(&mut self, arrive: impl Fn(Vec3, Vec3, Draw) -> Arrived + Sync) -> Tick {
+        let clock = Instant::now();
+        let gathers = self.options.visibility > 0 && self.gathered < self.options.visibility_frames;
+        let side = self.options.visibility as usize;
+        let near = self.volume.lattice.spacing.length();
+        let range = self.range();
+        let (volume, options, frame) = (&self.volume, &self.options, self.frame);
+        let (pattern, texels) = (&self.pattern, &self.texels);
+
+        self.probes
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(number, probe)| {
+                probe.dropped = false;
+                probe.changed = false;
+                probe.rays = 0;
+                let asleep = frame > 0 && !probe.presence.present && !gathers;
+                if asleep && (frame.wrapping_add(number as u32)) % ABSENT_PERIOD != 0 {
+                    return;
+                }
+                let origin = volume.position(number);
+                let directions = turned(pattern, options.seed, number, frame);
+                let arrived: Vec<Arrived> = directions
+                    .iter()
+                    .zip(0..)
+                    .map(|(d, sample)| {
+                        let draw = Draw {
+                            probe: number as u32,
+                            frame,
+                            sample,
+                        };
+                        arrive(origin, *d, draw)
+                    })
+                    .collect();
+                probe.rays = arrived.len() as u32;
+                probe.take(&directions, &arrived, near, options);
+                if gathers {
+                    probe.sums.add(texels, &directions, &arrived, range);
+                }
+            });
+
+        let visibility_changed = gathers;
+        if gathers {
+            let blocks = self.codes.par_chunks_mut(side * side);
+            blocks
+                .zip(&self.probes)
+                .for_each(|(codes, probe)| probe.sums.write(range, codes));
+            self.gathered += 1;
+            if self.gathered == self.options.visibility_frames {
+                self.probes
+                    .iter_mut()
+                    .for_each(|p| p.sums = Sums::default());
+            }
+        }
+        self.frame = self.frame.wrapping_add(1);
+        let count = |test: fn(&Probe) -> bool| self.probes.iter().filter(|p| test(p)).count();
+        Tick {
+            rays: self.probes.iter().map(|p| u64::from(p.rays)).sum(),
+            present: count(|p| p.present),
+            changed: count(|p| p.changed),
+            dropped: count(|p| p.dropped),
+            visibility_changed,
+            update_time: clock.elapsed(),
+        }
+    }
+}
+
+impl Probe {
+    /// Takes in the rays of a frame.
+    fn take(&mut self, directions: &[Vec3], arrived: &[Arrived], near: f32, options: &Options) {
+        let was_present = self.presence.present;
+        self.presence.update(arrived, near);
+        if !was_present && self.presence.present {
+            self.history.forget();
+        }
+        let finite = |v: Vec3| if v.is_finite() { v } else { Vec3::ZERO };
+        let samples: Vec<Vec3> = arrived.iter().map(|a| finite(a.radiance)).collect();
+        let estimate = projection::fit(options.degree, directions, &samples);
+        self.dropped = self
+            .history
+            .update(estimate.radiance, estimate.noise, options.hysteresis);
+
+        let mean = &self.history.mean;
+        let allowed = options.threshold * mean[0].max_element().max(0.0);
+        let differs = self.radiance.len() != mean.len()
+            || self
+                .radiance
+                .iter()
+                .zip(mean)
+                .any(|(old, new)| (*old - *new).abs().max_element() > allowed);
+        let present = self.presence.present;
+        self.changed = self.radiance.is_empty() || present != self.present || (present && differs);
+        if self.changed {
+            self.radiance.clone_from(mean);
+            self.present = present;
+        }
+    }
+}
+
+/// The frame's directions of a probe.
+fn turned(pattern: &[Vec3], seed: u64, probe: usize, frame: u32) -> Vec<Vec3> {
+    let mut rng = Rng::new(Rng::new(seed ^ (probe as u64) << 32 ^ u64::from(frame)).draw());
+    let turn = projection::rotation(std::array::from_fn(|_| rng.unit()));
+    pattern.iter().map(|d| (turn * *d).normalize()).collect()
+}
+
+#[cfg(test)]
+mod tests;
