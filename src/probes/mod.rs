@@ -2,8 +2,11 @@
 //!
 //! [`sh`] is the basis, [`ggx`] the glossy lobe in it, [`dering`] what keeps light from going
 //! negative, [`lattice`] where the probes stand, [`visibility`] how far they see. Server: `volume` ->
-//! `server`. Client: [`sample`].
+//! `server` -> `content`. Client: [`client`] -> [`sample`].
 
+pub mod client;
+#[cfg(feature = "encode")]
+pub mod content;
 pub mod dering;
 pub mod ggx;
 pub mod lattice;

@@ -1,0 +1,64 @@
+//! The client's side of a `probes` track: what the decoder holds, for the sampler.
+
+use super::lattice::Lattice;
+use super::sample::Field;
+use super::sh::L2;
+use super::visibility::Visibility;
+use crate::codec::probes::{CODES, Volume, f32_from_f16};
+use crate::codec::{Decoder, LiveTrack, Model};
+use glam::Vec3;
+
+/// One volume as it was decoded.
+#[derive(Clone, Debug)]
+pub struct ProbesVolume {
+    pub volume: Volume,
+    radiance: Vec<L2>,
+    present: Vec<bool>,
+    visibility: Option<Vec<[u8; 2]>>,
+}
+
+impl ProbesVolume {
+    /// The volume of a track as of the last commit; `None` for a track of another model.
+    pub fn new(decoder: &Decoder, live: &LiveTrack) -> Option<ProbesVolume> {
+        let Model::Probes(volume) = live.track.model else {
+            return None;
+        };
+        let state = decoder.probes();
+        let texels = state.texels_of(live);
+        let count = volume.count();
+        let scale = 2f32.powi(volume.exponent.into());
+        let radiance = (0..count).map(|probe| {
+            let value = |v: usize| {
+                debug_assert!(v < CODES);
+                f32_from_f16(texels[v / 4 * count + probe][v % 4]) * scale
+            };
+            std::array::from_fn(|lm| Vec3::from([0, 1, 2].map(|c| value(3 * lm + c))))
+        });
+        Some(ProbesVolume {
+            radiance: radiance.collect(),
+            present: state.probes_of(live).iter().map(|p| p.level > 0).collect(),
+            visibility: state
+                .visibility_of(live)
+                .map(|bytes| bytes.as_chunks::<2>().0.to_vec()),
+            volume,
+        })
+    }
+
+    /// What the sampler looks at.
+    pub fn field(&self) -> Field<'_> {
+        let visibility = self.visibility.as_deref().map(|texels| Visibility {
+            side: self.volume.visibility.side.into(),
+            range: self.volume.visibility.range,
+            texels,
+        });
+        Field {
+            lattice: Lattice {
+                dims: self.volume.dims,
+                spacing: Vec3::from(self.volume.spacing),
+            },
+            radiance: &self.radiance,
+            present: &self.present,
+            visibility,
+        }
+    }
+}
