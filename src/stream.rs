@@ -6,6 +6,8 @@ use crate::codec::points::StateDigest;
 use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart, TickRate};
 use crate::points::content::Content as PointsContent;
 use crate::points::server::{Options, Server, Tick, Track};
+use crate::probes;
+use crate::probes::content::{Content as ProbesContent, Request};
 use crate::scene::{CameraPose, Pose, Scene};
 use std::time::{Duration, Instant};
 
@@ -29,7 +31,10 @@ impl View {
 /// What is to be encoded.
 #[derive(Clone, Debug)]
 pub struct Job {
-    pub options: Options,
+    /// AO at surface points.
+    pub points: Option<Options>,
+    /// Light in a volume of probes.
+    pub probes: Option<Request>,
     pub view: View,
     /// Frames, the start-up frame included.
     pub frames: usize,
@@ -87,6 +92,8 @@ pub struct Report {
     pub placing_s: f64,
     /// Seconds for that and for the first trace of every point.
     pub startup_s: f64,
+    #[cfg_attr(feature = "cli", serde(flatten))]
+    pub probes: Option<probes::content::Report>,
 }
 
 impl Job {
@@ -149,7 +156,8 @@ impl StageMs {
 
 /// A stream in the making.
 pub struct Stream<'s> {
-    points: PointsContent<'s>,
+    points: Option<PointsContent<'s>>,
+    probes: Option<ProbesContent<'s>>,
     job: Job,
     encoder: Encoder,
     /// Frames written.
@@ -160,8 +168,11 @@ pub struct Stream<'s> {
 }
 
 impl<'s> Stream<'s> {
-    /// Places the points, traces all of them, and writes the start-up frame. `progress` gets
-    /// (done, all) of the points traced.
+    /// Starts the servers of all models that the job asks for, and writes the start-up frame.
+    /// `progress` gets (done, all) of the points traced.
+    ///
+    /// # Errors
+    /// `Invalid` for a scene that a model can do nothing with.
     pub fn start(
         scene: &'s Scene,
         job: Job,
@@ -169,50 +180,88 @@ impl<'s> Stream<'s> {
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Self> {
         let clock = Instant::now();
-        let mut server = Server::new(scene, job.options, job.start)?;
-        let tick = server.start(progress);
-        Self::with_server(server, tick, clock.elapsed(), job, out)
+        let points = match job.points {
+            Some(options) => {
+                let mut server = Server::new(scene, options, job.start)?;
+                let tick = server.start(progress);
+                Some((server, tick))
+            }
+            None => None,
+        };
+        let taken = points.as_ref().map_or(0, |(server, _)| server.tracks().len());
+        let probes = match &job.probes {
+            Some(request) => {
+                let mut content = ProbesContent::new(scene, request, job.start, taken as u32)?;
+                content.tick(job.start);
+                Some(content)
+            }
+            None => None,
+        };
+        Self::with_content(scene, points, probes, clock.elapsed(), job, out)
     }
 
-    /// Like [`Stream::start`] with a server that has traced its points already, so that several
-    /// streams can share that work.
-    pub fn with_server(
+    /// Like [`Stream::start`] with a `points` server that has traced its points already, so that
+    /// several streams can share that work.
+    ///
+    /// # Errors
+    /// As [`Stream::start`].
+    pub fn with_points(
         server: Server<'s>,
         startup: Tick,
         startup_time: Duration,
         job: Job,
         out: &mut Vec<u8>,
     ) -> Result<Self> {
-        let points = PointsContent::new(server)?;
-        let server = points.server();
+        let scene = server.scene();
+        let points = Some((server, startup));
+        Self::with_content(scene, points, None, startup_time, job, out)
+    }
+
+    fn with_content(
+        scene: &Scene,
+        points: Option<(Server<'s>, Tick)>,
+        probes: Option<ProbesContent<'s>>,
+        startup_time: Duration,
+        job: Job,
+        out: &mut Vec<u8>,
+    ) -> Result<Self> {
+        let mut report = Report {
+            scene: scene.name.clone(),
+            fps: job.rate.hz(),
+            keyframe_interval: job.keyframe_interval,
+            startup_s: startup_time.as_secs_f64(),
+            ..Report::default()
+        };
+        if let Some(options) = &job.points {
+            report.seed = options.seed;
+            report.density = options.density.candidates;
+            report.radius = options.density.radius();
+        }
+        if let Some((server, startup)) = &points {
+            let tracks = server.tracks();
+            report.candidates = tracks.iter().map(Track::candidates).sum();
+            report.points = tracks.iter().map(Track::points).sum();
+            report.buckets = tracks.iter().map(|t| t.store.buckets().len()).sum();
+            report.rays_startup = startup.rays;
+            report.placing_s = server.placing_time().as_secs_f64();
+        }
+        let points = match points {
+            Some((server, _)) => Some(PointsContent::new(server)?),
+            None => None,
+        };
         let config = EncoderConfig {
             tick_rate: job.rate,
             ..EncoderConfig::default()
         };
         let before = out.len();
-        let encoder = Encoder::new(config, out)?;
-        let tracks = server.tracks();
         let mut stream = Stream {
-            encoder,
+            encoder: Encoder::new(config, out)?,
             frame: 0,
-            report: Report {
-                scene: server.scene().name.clone(),
-                seed: job.options.seed,
-                fps: job.rate.hz(),
-                density: job.options.density.candidates,
-                candidates: tracks.iter().map(Track::candidates).sum(),
-                points: tracks.iter().map(Track::points).sum(),
-                radius: job.options.density.radius(),
-                buckets: tracks.iter().map(|t| t.store.buckets().len()).sum(),
-                rays_startup: startup.rays,
-                keyframe_interval: job.keyframe_interval,
-                placing_s: server.placing_time().as_secs_f64(),
-                startup_s: startup_time.as_secs_f64(),
-                ..Report::default()
-            },
+            report,
             stages: StageMs::default(),
             steady_frames: 0,
             points,
+            probes,
             job,
         };
         stream.write_keyframe(out)?;
@@ -220,8 +269,14 @@ impl<'s> Stream<'s> {
         Ok(stream)
     }
 
-    pub fn server(&self) -> &Server<'s> {
-        self.points.server()
+    /// The server of `points`, where the stream has them.
+    pub fn points(&self) -> Option<&Server<'s>> {
+        self.points.as_ref().map(PointsContent::server)
+    }
+
+    /// What the stream has of `probes`.
+    pub fn probes(&self) -> Option<&ProbesContent<'s>> {
+        self.probes.as_ref()
     }
 
     /// Seconds of the frame that was written last.
@@ -229,15 +284,21 @@ impl<'s> Stream<'s> {
         self.job.time_of(self.frame.saturating_sub(1))
     }
 
-    /// Runs the server for one tick and writes its frame; `None` after the last.
+    /// Runs the servers for one tick and writes their frame; `None` after the last. What the tick
+    /// says is of `points`.
     pub fn next_frame(&mut self, out: &mut Vec<u8>) -> Result<Option<Tick>> {
         if self.frame >= self.job.frames {
             return Ok(None);
         }
         let time = self.job.time_of(self.frame);
         let view = &self.job.view;
-        let server = self.points.server_mut();
-        let tick = server.tick_seen(time, |pose| view.at(pose));
+        let tick = match &mut self.points {
+            Some(points) => points.server_mut().tick_seen(time, |pose| view.at(pose)),
+            None => Tick::default(),
+        };
+        if let Some(probes) = &mut self.probes {
+            self.report.rays += probes.tick(time).rays;
+        }
         let before = out.len();
         let clock = Instant::now();
         let interval = self.job.keyframe_interval;
@@ -265,7 +326,9 @@ impl<'s> Stream<'s> {
         };
         report.frames = self.frame;
         report.stage_ms = self.stages.scaled(1.0 / report.ticks() as f64);
-        for Track { store, .. } in self.points.server().tracks() {
+        report.probes = self.probes.as_ref().map(ProbesContent::report);
+        let tracks = self.points.iter().flat_map(|points| points.server().tracks());
+        for Track { store, .. } in tracks {
             report.cells += store.used_cells();
             report.dropped_points += store.dropped_points;
             report.dropped_cells += store.dropped_cells;
@@ -281,19 +344,29 @@ impl<'s> Stream<'s> {
     /// Everything a client needs to start at this frame.
     fn write_keyframe(&mut self, out: &mut Vec<u8>) -> Result<()> {
         self.encoder.group(out, GroupStart::Keyframes)?;
-        self.encoder.tracks(out, &self.points.tracks())?;
-        let compression = self.job.compression;
-        self.points
-            .write_keyframe(&mut self.encoder, compression, out)?;
+        let points = self.points.iter().flat_map(PointsContent::tracks);
+        let tracks: Vec<_> = points.chain(self.probes.iter().map(ProbesContent::track)).collect();
+        self.encoder.tracks(out, &tracks)?;
+        let (encoder, compression) = (&mut self.encoder, self.job.compression);
+        if let Some(points) = &mut self.points {
+            points.write_keyframe(encoder, compression, out)?;
+        }
+        if let Some(probes) = &mut self.probes {
+            probes.write_keyframe(encoder, compression, out)?;
+        }
         let digest = self.digest();
         self.commit(out, Some(digest))
     }
 
     /// What changed since the last frame.
     fn write_delta(&mut self, out: &mut Vec<u8>) -> Result<()> {
-        let compression = self.job.compression;
-        self.points
-            .write_delta(&mut self.encoder, compression, out)?;
+        let (encoder, compression) = (&mut self.encoder, self.job.compression);
+        if let Some(points) = &mut self.points {
+            points.write_delta(encoder, compression, out)?;
+        }
+        if let Some(probes) = &mut self.probes {
+            probes.write_delta(encoder, compression, out)?;
+        }
         // The last frame proves the whole chain of deltas.
         let last = self.frame + 1 == self.job.frames;
         let digest = last.then(|| self.digest());
@@ -309,7 +382,12 @@ impl<'s> Stream<'s> {
 
     fn digest(&self) -> u64 {
         let mut digest = StateDigest::new();
-        self.points.digest(&mut digest);
+        if let Some(points) = &self.points {
+            points.digest(&mut digest);
+        }
+        if let Some(probes) = &self.probes {
+            probes.digest(&mut digest);
+        }
         digest.finish()
     }
 }

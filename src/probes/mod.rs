@@ -8,6 +8,8 @@ pub mod client;
 #[cfg(feature = "encode")]
 pub mod content;
 pub mod dering;
+#[cfg(feature = "encode")]
+pub mod fidelity;
 pub mod ggx;
 pub mod lattice;
 pub mod sample;

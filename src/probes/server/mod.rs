@@ -212,6 +212,11 @@ impl Server {
         RANGE * self.volume.lattice.spacing.length()
     }
 
+    /// Whether the visibility block has gathered all that it will, and stays as it is.
+    pub fn visibility_settled(&self) -> bool {
+        self.gathered >= self.options.visibility_frames
+    }
+
     /// Starts the visibility block over: something that casts shadow has moved for good.
     pub fn geometry_changed(&mut self) {
         self.gathered = 0;
