@@ -72,6 +72,11 @@ pub(super) fn initial() -> [Context; CONTEXTS] {
     INITIAL.map(Context::new)
 }
 
+#[cfg(all(test, feature = "std"))]
+pub(super) fn initial_table() -> &'static [u8] {
+    &INITIAL
+}
+
 /// Probabilities of a 0, in 1/256.
 const INITIAL: [u8; CONTEXTS] = [
     196, 117, 69, 17, 251, 247, 129, 4, 251, 251, 128, 128, 128, 128, 128, 128, 128, 183, 128, 148,
