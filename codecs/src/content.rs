@@ -107,7 +107,7 @@ impl Head {
             return Err(Fault::UnknownTrack);
         }
         if live.track.model.kind() != kind {
-            return Err(Fault::UnknownTrack);
+            return Err(Fault::TrackModel);
         }
         if live.staged {
             return Err(Fault::TrackTwice);

@@ -258,6 +258,11 @@ impl Decoder {
         &self.session.parts.points.state
     }
 
+    /// State of the `probes` tracks as of the last commit.
+    pub fn probes(&self) -> &crate::probes::State {
+        &self.session.parts.probes.state
+    }
+
     /// Frame number and tick of the last commit.
     pub fn last_frame(&self) -> Option<(u32, u64)> {
         self.session.last

@@ -11,11 +11,12 @@ use crate::content::Coverage;
 use crate::error::{Failure, Fault, Result};
 use crate::model::Model;
 use crate::points::{self, Update};
+use crate::probes;
 use crate::session::{Commit, End, GroupStart, TickRate};
 use crate::track::{Track, write_removed, write_tracks};
 use crate::transforms::{Transform, write_transforms};
 
-/// A `points` call is split into records of about this many payload bytes, well below what the
+/// A call for content is split into records of about this many payload bytes, well below what the
 /// default limits accept.
 const RECORD_BYTES: usize = 16 << 20;
 
@@ -160,13 +161,76 @@ impl Encoder {
     /// frame. A delta builds on the last committed frame. No record is written for no updates.
     ///
     /// # Errors
-    /// 4001 for a delta before the first commit, 2004, 2019, 3003, 3004, 3008, 3010, 4012.
+    /// 4001 for a delta before the first commit, 2004, 2019, 2027, 3003, 3004, 3008, 3010, 4012.
     pub fn points(
         &mut self,
         out: &mut Vec<u8>,
         coverage: Coverage,
         updates: &[Update<'_>],
         compression: Compression,
+    ) -> Result<()> {
+        let bytes = |update: &Update<'_>| 36 * (update.buckets.len() + update.cells.len());
+        self.content(
+            out,
+            (record_type::POINTS, compression),
+            coverage,
+            updates,
+            bytes,
+            |base, now, tracks, payload| {
+                let grid_of = |id| match model_of(tracks, id)? {
+                    Model::Points(grid) => Ok(grid),
+                    _ => Err(Fault::TrackModel),
+                };
+                points::write_payload(base, now, grid_of, payload)
+            },
+        )
+    }
+
+    /// Content of the frame for volumes of probes, with the same rules as [`Encoder::points`].
+    ///
+    /// # Errors
+    /// 4001 for a delta before the first commit, 2004, 2019, 2027, 3103, 3104, 4012.
+    pub fn probes(
+        &mut self,
+        out: &mut Vec<u8>,
+        coverage: Coverage,
+        updates: &[probes::Update<'_>],
+        compression: Compression,
+    ) -> Result<()> {
+        let bytes = |update: &probes::Update<'_>| {
+            56 * update.probes.len() + update.visibility.map_or(0, <[u8]>::len)
+        };
+        self.content(
+            out,
+            (record_type::PROBES, compression),
+            coverage,
+            updates,
+            bytes,
+            |base, now, tracks, payload| {
+                let volume_of = |id| match model_of(tracks, id)? {
+                    Model::Probes(volume) => Ok(volume),
+                    _ => Err(Fault::TrackModel),
+                };
+                probes::write_payload(base, now, volume_of, payload)
+            },
+        )
+    }
+
+    /// Model records with all updates, each with as many as fit. `bytes` is about what an update
+    /// takes; `write` appends the payload of some, given the base and the tracks.
+    fn content<U>(
+        &mut self,
+        out: &mut Vec<u8>,
+        (kind, compression): (u16, Compression),
+        coverage: Coverage,
+        updates: &[U],
+        bytes: impl Fn(&U) -> usize,
+        write: impl Fn(
+            Option<u32>,
+            &[U],
+            &[(u32, Model)],
+            &mut Vec<u8>,
+        ) -> core::result::Result<(), Fault>,
     ) -> Result<()> {
         let base = match (coverage, self.frame) {
             (Coverage::Keyframe, _) => None,
@@ -175,21 +239,18 @@ impl Encoder {
         };
         let start = out.len();
         let tracks = core::mem::take(&mut self.tracks);
-        let grid_of = |id: u32| match model_of(&tracks, id)? {
-            Model::Points(grid) => Ok(grid),
-        };
         let mut rest = updates;
         let mut result = Ok(());
         while !rest.is_empty() && result.is_ok() {
-            let mut bytes = 0;
+            let mut sum = 0;
             let count = rest.iter().take_while(|update| {
-                bytes += 36 * (update.buckets.len() + update.cells.len());
-                bytes <= RECORD_BYTES
+                sum += bytes(update);
+                sum <= RECORD_BYTES
             });
             let (now, later) = rest.split_at(count.count().max(1));
             rest = later;
-            result = self.record(out, record_type::POINTS, compression, |payload| {
-                Ok(points::write_payload(base, now, grid_of, payload)?)
+            result = self.record(out, kind, compression, |payload| {
+                Ok(write(base, now, &tracks, payload)?)
             });
         }
         self.tracks = tracks;

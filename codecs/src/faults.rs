@@ -51,6 +51,12 @@ pub(crate) enum Fault {
     UnknownTrack = 2019,
     Space = 2020,
     GroupStart = 2021,
+    VolumeDims = 2022,
+    VolumeSpacing = 2023,
+    VolumeExponent = 2024,
+    VolumeVisibility = 2025,
+    VolumeSteps = 2026,
+    TrackModel = 2027,
 
     PointsSize = 3001,
     PointsReserved = 3002,
@@ -65,6 +71,12 @@ pub(crate) enum Fault {
     FreeCell = 3011,
     EntryHash = 3012,
     CellMoved = 3013,
+
+    ProbesSize = 3101,
+    ProbesReserved = 3102,
+    ProbeValue = 3103,
+    ProbeCode = 3104,
+    ProbesEntropy = 3105,
 
     MissingBase = 4001,
     MissingGroupBase = 4002,
@@ -305,6 +317,36 @@ pub(crate) const TABLE: &[(Fault, &str, &str)] = &[
         "a group starts in an unknown way; a newer decoder may read it",
     ),
     (
+        Fault::VolumeDims,
+        "volume-dims",
+        "a volume has a zero dimension or more than 2^24 probes",
+    ),
+    (
+        Fault::VolumeSpacing,
+        "volume-spacing",
+        "the probes of a volume need a distance above zero",
+    ),
+    (
+        Fault::VolumeExponent,
+        "volume-exponent",
+        "the exponent of a volume is beyond -64 to 64",
+    ),
+    (
+        Fault::VolumeVisibility,
+        "volume-visibility",
+        "the side or the range of a visibility block is none that there may be",
+    ),
+    (
+        Fault::VolumeSteps,
+        "volume-steps",
+        "a step of a volume's quantiser is out of range",
+    ),
+    (
+        Fault::TrackModel,
+        "track-model",
+        "a record names a track of another model",
+    ),
+    (
         Fault::PointsSize,
         "points-size",
         "a points payload is shorter or longer than its counts say",
@@ -364,6 +406,31 @@ pub(crate) const TABLE: &[(Fault, &str, &str)] = &[
         Fault::CellMoved,
         "cell-moved",
         "a cell changed its key while its old bucket still names it",
+    ),
+    (
+        Fault::ProbesSize,
+        "probes-size",
+        "a probes payload is shorter or longer than its counts say",
+    ),
+    (
+        Fault::ProbesReserved,
+        "probes-reserved",
+        "reserved bits or padding of a probes payload are not zero",
+    ),
+    (
+        Fault::ProbeValue,
+        "probe-value",
+        "a value of a probe is not finite, or its mean radiance is negative",
+    ),
+    (
+        Fault::ProbeCode,
+        "probe-code",
+        "a code of a probe is out of range",
+    ),
+    (
+        Fault::ProbesEntropy,
+        "probes-entropy",
+        "the entropy-coded bytes of a volume end too early or too late",
     ),
     (
         Fault::MissingBase,

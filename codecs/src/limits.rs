@@ -5,7 +5,7 @@ use crate::error::Limit;
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
 /// the places that it may leave free.
-pub(crate) const TRACK_BYTES: u64 = 768;
+pub(crate) const TRACK_BYTES: u64 = 1280;
 /// Dirty ranges, and lists of free places for no tracks.
 const LIST_BYTES: u64 = 64 << 10;
 
@@ -92,7 +92,7 @@ impl Limits {
     /// - `unpacked_bytes` for an unpacked record of any type but `points`,
     /// - `frame_bytes` for the frame that waits for its commit,
     /// - `state_bytes` for the state,
-    /// - 768 bytes of bookkeeping for each of `tracks`,
+    /// - 1280 bytes of bookkeeping for each of `tracks`,
     /// - the largest of those five once more: a buffer that grows is copied, and one does so at a
     ///   time,
     /// - `path_bytes` for each of `tracks`, and for one more that is only looked at,

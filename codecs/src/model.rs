@@ -9,6 +9,7 @@ use crate::content::Base;
 use crate::digest::StateDigest;
 use crate::error::Fault;
 use crate::points::{self, Grid};
+use crate::probes::{self, Volume};
 use crate::records::FrameInfo;
 use crate::track::{LiveTrack, LookupSpace, Track};
 use crate::wire::Reader;
@@ -19,12 +20,15 @@ use crate::wire::Reader;
 pub enum Model {
     /// `points` in the coding `cells`.
     Points(Grid),
+    /// `probes` in the coding `raw` or `packed`.
+    Probes(Volume),
 }
 
 /// A model without parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Points,
+    Probes,
 }
 
 impl Kind {
@@ -32,6 +36,7 @@ impl Kind {
     pub(crate) fn of_number(number: u16) -> Result<Kind, Fault> {
         match number {
             1 => Ok(Kind::Points),
+            2 => Ok(Kind::Probes),
             _ => Err(Fault::Model),
         }
     }
@@ -39,6 +44,7 @@ impl Kind {
     pub(crate) fn number(self) -> u16 {
         match self {
             Kind::Points => 1,
+            Kind::Probes => 2,
         }
     }
 
@@ -46,6 +52,7 @@ impl Kind {
     pub(crate) fn of_record(number: u16) -> Option<Kind> {
         match number {
             record_type::POINTS => Some(Kind::Points),
+            record_type::PROBES => Some(Kind::Probes),
             _ => None,
         }
     }
@@ -54,6 +61,7 @@ impl Kind {
     pub(crate) fn check_coding(self, coding: u16) -> Result<(), Fault> {
         let codings = match self {
             Kind::Points => points::CODINGS,
+            Kind::Probes => probes::CODINGS,
         };
         if coding < codings {
             Ok(())
@@ -62,10 +70,19 @@ impl Kind {
         }
     }
 
+    /// A track of the model may be looked up in this space.
+    pub(crate) fn check_space(self, space: LookupSpace) -> Result<(), Fault> {
+        match (self, space) {
+            (Kind::Probes, LookupSpace::Rest) => Err(Fault::Space),
+            _ => Ok(()),
+        }
+    }
+
     /// The parameters of a track in a coding that [`Kind::check_coding`] took.
-    pub(crate) fn read(self, _coding: u16, reader: &mut Reader<'_>) -> Result<Model, Fault> {
+    pub(crate) fn read(self, coding: u16, reader: &mut Reader<'_>) -> Result<Model, Fault> {
         Ok(match self {
             Kind::Points => Model::Points(Grid::read(reader)?),
+            Kind::Probes => Model::Probes(Volume::read(coding, reader)?),
         })
     }
 }
@@ -74,6 +91,7 @@ impl Model {
     pub(crate) fn kind(&self) -> Kind {
         match self {
             Model::Points(_) => Kind::Points,
+            Model::Probes(_) => Kind::Probes,
         }
     }
 
@@ -81,13 +99,15 @@ impl Model {
     pub(crate) fn coding(&self) -> u16 {
         match self {
             Model::Points(_) => 0,
+            Model::Probes(volume) => volume.coding_number(),
         }
     }
 
     /// The rules that hold for the parameters by themselves.
-    pub(crate) fn check(&self, _space: LookupSpace) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), Fault> {
         match self {
             Model::Points(grid) => grid.check(),
+            Model::Probes(volume) => volume.check(),
         }
     }
 
@@ -95,6 +115,7 @@ impl Model {
     pub(crate) fn write(&self, out: &mut Vec<u8>) {
         match self {
             Model::Points(grid) => grid.write(out),
+            Model::Probes(volume) => volume.write(out),
         }
     }
 }
@@ -158,25 +179,28 @@ pub(crate) trait Part {
 #[derive(Default)]
 pub(crate) struct Parts {
     pub(crate) points: points::Part,
+    pub(crate) probes: probes::Part,
 }
 
 impl Parts {
     /// What all parts keep of a track.
-    pub(crate) const TRACK_BYTES: usize = points::Part::TRACK_BYTES;
+    pub(crate) const TRACK_BYTES: usize = points::Part::TRACK_BYTES + probes::Part::TRACK_BYTES;
 
     pub(crate) fn of(&self, kind: Kind) -> &dyn Part {
         match kind {
             Kind::Points => &self.points,
+            Kind::Probes => &self.probes,
         }
     }
 
     pub(crate) fn of_mut(&mut self, kind: Kind) -> &mut dyn Part {
         match kind {
             Kind::Points => &mut self.points,
+            Kind::Probes => &mut self.probes,
         }
     }
 
-    pub(crate) fn all(&mut self) -> [&mut dyn Part; 1] {
-        [&mut self.points]
+    pub(crate) fn all(&mut self) -> [&mut dyn Part; 2] {
+        [&mut self.points, &mut self.probes]
     }
 }

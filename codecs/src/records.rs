@@ -37,6 +37,8 @@ pub struct FrameInfo {
     pub buckets: u32,
     /// Cells that the frame carried.
     pub cells: u32,
+    /// Probes that the frame carried: those that it changed.
+    pub probes: u32,
     /// Transforms that the frame carried.
     pub transforms: u32,
 }
@@ -261,6 +263,7 @@ impl Session {
             tick: commit.tick,
             buckets: 0,
             cells: 0,
+            probes: 0,
             transforms: self.staged_transforms.len() as u32,
         };
         for part in self.parts.all() {

@@ -7,6 +7,7 @@ use crate::Limits;
 use crate::error::{Failure, Fault, Limit};
 use crate::model::{Kind, Model};
 use crate::points::Grid;
+use crate::probes::Volume;
 use crate::transforms::Transform;
 use crate::wire::{Reader, pad4, put_f32, put_u16, put_u32, put_u64};
 
@@ -52,6 +53,15 @@ impl Track {
     pub fn grid(&self) -> Option<&Grid> {
         match &self.model {
             Model::Points(grid) => Some(grid),
+            _ => None,
+        }
+    }
+
+    /// The volume of a `probes` track; none of another model.
+    pub fn volume(&self) -> Option<&Volume> {
+        match &self.model {
+            Model::Probes(volume) => Some(volume),
+            _ => None,
         }
     }
 
@@ -78,7 +88,8 @@ impl Track {
         if (0..3).any(|axis| self.aabb_min[axis] > self.aabb_max[axis]) {
             return Err(Fault::Aabb.into());
         }
-        Ok(self.model.check(self.space)?)
+        self.model.kind().check_space(self.space)?;
+        Ok(self.model.check()?)
     }
 
     fn read(entry: &[u8], limits: &Limits) -> Result<Track, Failure> {
@@ -93,6 +104,7 @@ impl Track {
             1 => LookupSpace::Rest,
             _ => return Err(Fault::Space.into()),
         };
+        kind.check_space(space)?;
         let has_content_hash = r.u8()?;
         let path_bytes = r.u16()?;
         let application_id = r.u64()?;

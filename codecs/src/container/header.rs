@@ -28,7 +28,7 @@ pub mod record_type {
     pub const SEEK_INDEX: u16 = 0x10;
     /// Content of `points` tracks.
     pub const POINTS: u16 = 0x20;
-    /// Reserved: content of `probes` tracks.
+    /// Content of `probes` tracks.
     pub const PROBES: u16 = 0x21;
     /// Reserved: content of `vertices` tracks.
     pub const VERTICES: u16 = 0x22;
@@ -71,7 +71,7 @@ pub mod record_type {
 
     /// The types that this version defines. All of them are critical.
     pub(crate) fn is_defined(number: u16) -> bool {
-        matches!(number, STREAM..=END | POINTS)
+        matches!(number, STREAM..=END | POINTS | PROBES)
     }
 }
 

@@ -255,6 +255,7 @@ fn bytes(buckets: u64, cells: u64) -> u64 {
 fn grids(tracks: &[Track]) -> impl Iterator<Item = (u32, &Grid)> {
     tracks.iter().filter_map(|track| match &track.model {
         Model::Points(grid) => Some((track.id, grid)),
+        _ => None,
     })
 }
 

@@ -1,0 +1,222 @@
+//! The payload of a `probes` record, read: decoded when it comes into codes beside the committed
+//! ones, and turned into texels at the commit. Nothing after the checks can fail.
+
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use super::state::{PROBE_BYTES, VolumeState};
+use super::values::Scales;
+use super::{Coding, State, Volume, contexts, packed, raw};
+use crate::content::{Base, Head, ShapeFaults};
+use crate::digest::StateDigest;
+use crate::entropy;
+use crate::error::Fault;
+use crate::model::{self, Kind, Model};
+use crate::records::FrameInfo;
+use crate::room::make_room;
+use crate::track::{LiveTrack, Track};
+
+const FAULTS: ShapeFaults = ShapeFaults {
+    size: Fault::ProbesSize,
+    reserved: Fault::ProbesReserved,
+};
+/// Flag of a track in a record: its visibility block follows.
+pub(super) const HAS_VISIBILITY: u32 = 1;
+
+/// The state of the model, and what the frame in the making has for it.
+#[derive(Default)]
+pub(crate) struct Part {
+    pub(crate) state: State,
+    staged: Vec<Staged>,
+}
+
+/// A track of the frame in the making, whose probes are decoded.
+struct Staged {
+    /// Index in the state's list of volumes.
+    index: usize,
+    keyframe: bool,
+    /// Where its visibility block lies in the frame's payloads.
+    visibility: Option<Range<usize>>,
+    changed: u32,
+}
+
+impl Part {
+    /// What is kept of a track beside its arrays.
+    pub(crate) const TRACK_BYTES: usize = size_of::<VolumeState>() + size_of::<Staged>();
+
+    fn find_staged(&self, index: usize) -> Option<&Staged> {
+        let at = self.staged.binary_search_by_key(&index, |s| s.index);
+        Some(&self.staged[at.ok()?])
+    }
+}
+
+/// The tracks of the model, with their ids.
+fn volumes(tracks: &[Track]) -> impl Iterator<Item = (u32, &Volume)> {
+    tracks.iter().filter_map(|track| match &track.model {
+        Model::Probes(volume) => Some((track.id, volume)),
+        _ => None,
+    })
+}
+
+/// Bytes that count against the limit of decoded state.
+fn bytes(volume: &Volume) -> u64 {
+    volume.count() as u64 * PROBE_BYTES + volume.visibility_bytes()
+}
+
+impl model::Part for Part {
+    fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
+        let there = self.state.volumes.iter().map(|v| &v.volume);
+        let all = there.chain(volumes(tracks).map(|(_, volume)| volume));
+        let bytes = all.fold(0u64, |sum, volume| sum.saturating_add(bytes(volume)));
+        usize::try_from(bytes).is_ok().then_some(bytes)
+    }
+
+    fn add(&mut self, tracks: &[Track], _most: u64, limit: usize) {
+        for (id, volume) in volumes(tracks) {
+            self.state.add(id, volume, limit);
+        }
+    }
+
+    fn remove(&mut self, id: u32) {
+        self.state.volumes.retain(|volume| volume.id != id);
+    }
+
+    fn empty(&mut self, id: u32) {
+        if let Some(volume) = self.state.get_mut(id) {
+            volume.empty();
+        }
+    }
+
+    fn expect_nothing(&mut self, _id: u32) {}
+
+    fn stage(
+        &mut self,
+        frame: &mut [u8],
+        payload: Range<usize>,
+        base: Base,
+        tracks: &mut [LiveTrack],
+    ) -> Result<(), Fault> {
+        let payload_bytes = &frame[payload.clone()];
+        let mut head = Head::read(payload_bytes, base, FAULTS)?;
+        let mut at = head.bytes();
+        for i in 0..head.count {
+            let entry = head.entry(payload_bytes, i, Kind::Probes, tracks)?;
+            let [size, flags] = entry.numbers;
+            let index = self.state.index_of(entry.id).ok_or(Fault::UnknownTrack)?;
+            let volume = &mut self.state.volumes[index];
+            let visibility_bytes = volume.volume.visibility_bytes();
+            if flags > HAS_VISIBILITY || (flags == HAS_VISIBILITY && visibility_bytes == 0) {
+                return Err(Fault::ProbesReserved);
+            }
+            let section = payload_bytes[at..].get(..size as usize);
+            let section = section.ok_or(Fault::ProbesSize)?;
+            let mut probes = section;
+            let mut visibility = None;
+            if flags == HAS_VISIBILITY {
+                if visibility_bytes > u64::from(size) {
+                    return Err(Fault::ProbesSize);
+                }
+                let bytes = visibility_bytes as usize;
+                probes = &section[bytes..];
+                let start = payload.start + at;
+                visibility = Some(start..start + bytes);
+            }
+            at += section.len();
+            tracks[entry.slot].staged = true;
+            let changed = decode(probes, volume, head.keyframe)?;
+            make_room(&mut self.staged, 1, tracks.len());
+            self.staged.push(Staged {
+                index,
+                keyframe: head.keyframe,
+                visibility,
+                changed,
+            });
+        }
+        if at != payload_bytes.len() {
+            return Err(Fault::ProbesSize);
+        }
+        Ok(())
+    }
+
+    fn revert(&mut self, _emptied: bool, _tracks: &[LiveTrack]) {
+        self.staged.clear();
+    }
+
+    fn seal(&mut self) {
+        self.staged.sort_unstable_by_key(|staged| staged.index);
+    }
+
+    fn apply(&mut self, frame: &[u8], info: &mut FrameInfo) {
+        for staged in self.staged.drain(..) {
+            let volume = &mut self.state.volumes[staged.index];
+            volume.apply();
+            match staged.visibility {
+                Some(range) => volume.set_visibility(Some(&frame[range])),
+                None if staged.keyframe => volume.set_visibility(None),
+                None => {}
+            }
+            info.probes += staged.changed;
+        }
+    }
+
+    fn digest(&self, id: u32, digest: &mut StateDigest) {
+        if let Some(index) = self.state.index_of(id) {
+            let volume = &self.state.volumes[index];
+            digest.probes(&volume.probes, volume.visibility());
+        }
+    }
+
+    fn digest_staged(&self, id: u32, frame: &[u8], emptied: bool, digest: &mut StateDigest) {
+        let Some(index) = self.state.index_of(id) else {
+            return;
+        };
+        let volume = &self.state.volumes[index];
+        match self.find_staged(index) {
+            Some(staged) => {
+                let visibility = match &staged.visibility {
+                    Some(range) => Some(&frame[range.clone()]),
+                    None if staged.keyframe => None,
+                    None => volume.visibility(),
+                };
+                digest.probes(&volume.next, visibility);
+            }
+            None if emptied => digest.probes(&[], None),
+            None => digest.probes(&volume.probes, volume.visibility()),
+        }
+    }
+
+    fn settle(&mut self) {}
+
+    fn clear_dirty(&mut self) {
+        let volumes = self.state.volumes.iter_mut();
+        volumes.for_each(|volume| volume.clear_dirty());
+    }
+
+    fn reset(&mut self) {
+        self.staged.clear();
+        self.state.volumes.clear();
+    }
+}
+
+/// Decodes the probes of a track into `next`. Returns how many changed.
+fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, Fault> {
+    let base = (!keyframe).then_some(&state.probes[..]);
+    match state.volume.coding {
+        Coding::Raw => raw::read(bytes, base, &mut state.next),
+        Coding::Packed(steps) => {
+            let mut contexts = contexts::initial();
+            let mut reader = entropy::Reader::new(bytes, &mut contexts);
+            let changed = packed::code(
+                &mut reader,
+                &state.volume,
+                &Scales::new(&steps),
+                base,
+                None,
+                &mut state.next,
+                &mut state.marks,
+            )?;
+            reader.end(Fault::ProbesEntropy)?;
+            Ok(changed)
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The payload of a `probes` record, written.
+
+use alloc::vec::Vec;
+
+use super::decode::HAS_VISIBILITY;
+use super::values::Scales;
+use super::{Coding, Probe, Volume, contexts, packed, raw};
+use crate::content::write_head;
+use crate::entropy;
+use crate::error::Fault;
+use crate::wire::put_u32;
+
+/// Content of one track for one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Update<'a> {
+    /// Id of the track.
+    pub track: u32,
+    /// All its probes in the last committed frame, which a delta builds on; not looked at in a
+    /// keyframe. An absent probe for each where nothing is known: after a keyframe group that left
+    /// the track out, say.
+    pub base: &'a [Probe],
+    /// All its probes in this frame, in the order of [`Volume::index`].
+    pub probes: &'a [Probe],
+    /// Its visibility block, where it is sent: [`Volume::visibility_bytes`] bytes. A keyframe without
+    /// one has none; a delta without one keeps it.
+    pub visibility: Option<&'a [u8]>,
+}
+
+/// Appends the payload. `volume_of` finds a declared track of the model.
+pub(crate) fn write_payload<'v>(
+    base: Option<u32>,
+    updates: &[Update<'_>],
+    volume_of: impl Fn(u32) -> Result<&'v Volume, Fault>,
+    out: &mut Vec<u8>,
+) -> Result<(), Fault> {
+    let count = |n: usize| u32::try_from(n).map_err(|_| Fault::EncoderUse);
+    if !updates.is_sorted_by(|a, b| a.track < b.track) {
+        return Err(Fault::EntryOrder);
+    }
+    write_head(base, count(updates.len())?, out);
+    let mut entry = out.len();
+    for update in updates {
+        put_u32(out, update.track);
+        put_u32(out, 0);
+        put_u32(out, u32::from(update.visibility.is_some()) * HAS_VISIBILITY);
+    }
+    for update in updates {
+        let volume = volume_of(update.track)?;
+        let start = out.len();
+        write_track(volume, base.is_none(), update, out)?;
+        let size = count(out.len() - start)?;
+        out[entry + 4..entry + 8].copy_from_slice(&size.to_le_bytes());
+        entry += 12;
+    }
+    Ok(())
+}
+
+fn write_track(
+    volume: &Volume,
+    keyframe: bool,
+    update: &Update<'_>,
+    out: &mut Vec<u8>,
+) -> Result<(), Fault> {
+    let probes = update.probes;
+    let base = (!keyframe).then_some(update.base);
+    if probes.len() != volume.count() || base.is_some_and(|base| base.len() != probes.len()) {
+        return Err(Fault::EncoderUse);
+    }
+    if let Some(bytes) = update.visibility {
+        if bytes.is_empty() || bytes.len() as u64 != volume.visibility_bytes() {
+            return Err(Fault::EncoderUse);
+        }
+        out.extend_from_slice(bytes);
+    }
+    let all = || probes.iter().chain(base.into_iter().flatten());
+    match volume.coding {
+        Coding::Raw => {
+            all().try_for_each(raw::check_probe)?;
+            raw::write(base, probes, out);
+        }
+        Coding::Packed(steps) => {
+            let scales = Scales::new(&steps);
+            all().try_for_each(|probe| packed::check_probe(&scales, probe))?;
+            let mut written = Vec::new();
+            written.resize(probes.len(), Probe::ABSENT);
+            let mut marks = Vec::new();
+            marks.resize(probes.len(), 0);
+            let mut contexts = contexts::initial();
+            let mut writer = entropy::Writer::new(out, &mut contexts);
+            let wanted = Some(probes);
+            packed::code(
+                &mut writer,
+                volume,
+                &scales,
+                base,
+                wanted,
+                &mut written,
+                &mut marks,
+            )?;
+            writer.end();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,108 @@
+//! The syntax of `raw` probes, `spec/probes.md` §5: two bitmaps, and 56 bytes a probe.
+
+use alloc::vec::Vec;
+
+use super::{CODES, Probe};
+use crate::error::Fault;
+
+/// Bytes of a probe: 27 values and two zeros.
+const PROBE_BYTES: usize = 56;
+
+/// Reads the probes of a volume; `base` is what they change from, nothing in a keyframe. Returns how
+/// many changed.
+pub(super) fn read(
+    bytes: &[u8],
+    base: Option<&[Probe]>,
+    probes: &mut [Probe],
+) -> Result<u32, Fault> {
+    let map_bytes = probes.len().div_ceil(8);
+    let maps = bytes.split_at_checked(2 * map_bytes);
+    let (maps, values) = maps.ok_or(Fault::ProbesSize)?;
+    let (changed, present) = maps.split_at(map_bytes);
+    let past = 0xffu8.checked_shl(probes.len() as u32 % 8).unwrap_or(0);
+    let past = if probes.len().is_multiple_of(8) {
+        0
+    } else {
+        past
+    };
+    let set = |map: &[u8]| map.iter().map(|byte| byte.count_ones()).sum::<u32>();
+    let padding = |map: &[u8]| map.last().is_some_and(|last| last & past != 0);
+    let stray = changed.iter().zip(present).any(|(c, p)| p & !c != 0);
+    if padding(changed) || padding(present) || stray {
+        return Err(Fault::ProbesReserved);
+    }
+    if values.len() as u64 != u64::from(set(present)) * PROBE_BYTES as u64 {
+        return Err(Fault::ProbesSize);
+    }
+    let mut values = values.as_chunks::<PROBE_BYTES>().0.iter();
+    for (index, probe) in probes.iter_mut().enumerate() {
+        let bit = |map: &[u8]| map[index / 8] >> (index % 8) & 1 == 1;
+        *probe = base.map_or(Probe::ABSENT, |base| base[index]);
+        if bit(changed) {
+            *probe = match bit(present).then(|| values.next()).flatten() {
+                Some(bytes) => read_probe(bytes)?,
+                None => Probe::ABSENT,
+            };
+        }
+    }
+    Ok(set(changed))
+}
+
+fn read_probe(bytes: &[u8; PROBE_BYTES]) -> Result<Probe, Fault> {
+    let mut probe = Probe {
+        level: 3,
+        codes: [0; CODES],
+    };
+    let words = bytes.as_chunks::<2>().0;
+    for (code, word) in probe.codes.iter_mut().zip(words) {
+        *code = i16::from_le_bytes(*word);
+    }
+    check_values(&probe)?;
+    if words[CODES] != [0; 2] {
+        return Err(Fault::ProbesReserved);
+    }
+    Ok(probe)
+}
+
+/// Values are finite, and those of degree 0 not negative.
+fn check_values(probe: &Probe) -> Result<(), Fault> {
+    let finite = |&code: &i16| code as u16 & 0x7c00 != 0x7c00;
+    if probe.codes.iter().all(finite) && probe.codes[..3].iter().all(|&code| code >= 0) {
+        Ok(())
+    } else {
+        Err(Fault::ProbeValue)
+    }
+}
+
+/// A probe that an encoder may write.
+pub(super) fn check_probe(probe: &Probe) -> Result<(), Fault> {
+    let shaped = match probe.level {
+        0 => *probe == Probe::ABSENT,
+        level => level == 3,
+    };
+    if shaped {
+        check_values(probe)
+    } else {
+        Err(Fault::EncoderUse)
+    }
+}
+
+/// Appends the probes that differ from `base`, all present ones in a keyframe.
+pub(super) fn write(base: Option<&[Probe]>, probes: &[Probe], out: &mut Vec<u8>) {
+    let start = out.len();
+    let map_bytes = probes.len().div_ceil(8);
+    out.resize(start + 2 * map_bytes, 0);
+    for (index, probe) in probes.iter().enumerate() {
+        if *probe == base.map_or(Probe::ABSENT, |base| base[index]) {
+            continue;
+        }
+        let (byte, bit) = (start + index / 8, 1 << (index % 8));
+        out[byte] |= bit;
+        if probe.level > 0 {
+            out[byte + map_bytes] |= bit;
+            let codes = probe.codes.iter();
+            codes.for_each(|code| out.extend_from_slice(&code.to_le_bytes()));
+            out.extend_from_slice(&[0; 2]);
+        }
+    }
+}

@@ -1,0 +1,554 @@
+//! Streams of `probes` tracks: what is sent is what is shown, whatever the cuts and the faults.
+
+mod common;
+#[path = "common/volumes.rs"]
+mod volumes;
+
+use common::{Random, decode, header, records, transform, with_payload};
+use dapple_codec::container::record_type;
+use dapple_codec::probes::*;
+use dapple_codec::*;
+use volumes::*;
+
+/// Frames of several volumes and a track of points, with digests; what is to be seen after each.
+fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<ShownVolume>>) {
+    let mut random = Random(seed);
+    let packed = Coding::Packed(STEPS);
+    let mut rooms = [
+        Room::new(2, volume([3, 4, 2], 0, packed)),
+        Room::new(3, volume([7, 1, 2], 4, Coding::Raw)),
+        Room::new(5, volume([1, 1, 1], 8, packed)),
+        Room::new(6, volume([5, 5, 5], 4, packed)),
+    ];
+    let points = common::track(4, points::PointWidths::BITS_32, 5, 6);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    let mut states = Vec::new();
+    for frame in 0..frames {
+        let keyframe = frame % 5 == 0;
+        if keyframe {
+            encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+        }
+        if frame == 0 {
+            let mut tracks: Vec<_> = rooms.iter().map(|room| room.track.clone()).collect();
+            tracks.insert(2, points.clone());
+            encoder.tracks(&mut out, &tracks).unwrap();
+        }
+        for room in &mut rooms {
+            room.change(&mut random, if keyframe { 2 } else { 6 });
+            if keyframe && !room.send_visibility {
+                room.visibility = None;
+            }
+        }
+        let coverage = match keyframe {
+            true => Coverage::Keyframe,
+            false => Coverage::Delta,
+        };
+        // Two records a frame, the later ids first.
+        for part in [&rooms[2..], &rooms[..2]] {
+            let updates: Vec<_> = part.iter().map(Room::update).collect();
+            encoder
+                .probes(&mut out, coverage, &updates, compression)
+                .unwrap();
+        }
+        let moved = transform(frame as f32);
+        encoder
+            .transforms(&mut out, &[(3, moved)], compression)
+            .unwrap();
+        let mut digest = StateDigest::new();
+        for room in &rooms[..2] {
+            let moved = (room.track.id == 3).then_some(&moved);
+            digest.volume(
+                room.track.id,
+                moved,
+                &room.probes,
+                room.visibility.as_deref(),
+            );
+        }
+        digest.track(
+            4,
+            None,
+            &[points::Bucket::EMPTY; 5],
+            &[points::Cell::FREE; 6],
+        );
+        for room in &rooms[2..] {
+            digest.volume(
+                room.track.id,
+                None,
+                &room.probes,
+                room.visibility.as_deref(),
+            );
+        }
+        encoder
+            .commit(&mut out, frame.into(), Some(digest.finish()))
+            .unwrap();
+        states.push(rooms.iter().map(wanted).collect());
+    }
+    encoder.end(&mut out).unwrap();
+    (out, states)
+}
+
+/// What a room looks like to a client, from its codes: values of present probes, and a fill that
+/// looks for the nearest ones again for each probe.
+fn wanted(room: &Room) -> ShownVolume {
+    let count = room.probes.len();
+    let dims = room.volume.dims.map(i64::from);
+    let place = |i: usize| {
+        let i = i as i64;
+        [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]]
+    };
+    let steps = |a: usize, b: usize| {
+        let (a, b) = (place(a), place(b));
+        (0..3).map(|k| (a[k] - b[k]).abs()).sum::<i64>()
+    };
+    let present: Vec<usize> = (0..count).filter(|&i| room.probes[i].level > 0).collect();
+    // In a box the way along the axes is free, so the nearest is so many steps away.
+    let distance = |i: usize| present.iter().map(|&p| steps(i, p)).min();
+    let distances: Vec<Option<i64>> = (0..count).map(distance).collect();
+    let mut values: Vec<[u16; 28]> = vec![[0; 28]; count];
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|&i| distances[i]);
+    for &i in &order {
+        match distances[i] {
+            None => {}
+            Some(0) => values[i][..CODES].copy_from_slice(&room.volume.values(&room.probes[i])),
+            Some(d) => {
+                let near = |j: &usize| steps(i, *j) == 1 && distances[*j] == Some(d - 1);
+                let from: Vec<usize> = (0..count).filter(near).collect();
+                for v in 0..28 {
+                    // Twenty-four bits below the point and sixteen above: exact.
+                    let unit = |&j: &usize| f64::from(f32_from_f16(values[j][v])) * 16_777_216.0;
+                    let sum: f64 = from.iter().map(unit).sum();
+                    values[i][v] = to_f16((sum / from.len() as f64).floor() / 16_777_216.0);
+                }
+            }
+        }
+    }
+    let texel = |at: usize| {
+        let (t, p) = (at / count, at % count);
+        std::array::from_fn(|c| values[p][4 * t + c])
+    };
+    ShownVolume {
+        probes: room.probes.clone(),
+        texels: (0..7 * count).map(texel).collect(),
+        visibility: room.visibility.clone(),
+    }
+}
+
+/// The nearest f16 by a search among all of them, ties to the even one.
+fn to_f16(value: f64) -> u16 {
+    let magnitude = value.abs();
+    let at = |bits: u16| f64::from(f32_from_f16(bits));
+    let mut low = 0u16;
+    let mut high = 0x7bff;
+    while low < high {
+        let middle = low + (high - low).div_ceil(2);
+        if at(middle) <= magnitude {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    if low < 0x7bff {
+        let (below, above) = (magnitude - at(low), at(low + 1) - magnitude);
+        if above < below || (above == below && low % 2 == 1) {
+            low += 1;
+        }
+    }
+    if value < 0.0 { low | 0x8000 } else { low }
+}
+
+fn volumes_of(decoder: &Decoder) -> Vec<ShownVolume> {
+    let live = decoder.tracks().iter();
+    live.filter(|live| live.track.volume().is_some())
+        .map(|live| shown_volume(decoder, live))
+        .collect()
+}
+
+#[test]
+fn what_is_sent_is_shown_however_it_is_cut() {
+    for (seed, compression) in [(1, Compression::None), (2, Compression::Lz4)] {
+        let (bytes, states) = stream(seed, 23, compression);
+        for piece in [1, 7, 4096, usize::MAX] {
+            let mut decoder = Decoder::new(Limits::default());
+            let mut frames = states.iter();
+            for part in bytes.chunks(piece) {
+                let mut rest = part;
+                loop {
+                    let (used, event) = decoder.push(rest).unwrap();
+                    rest = &rest[used..];
+                    match event {
+                        Event::Frame(_) => {
+                            assert_eq!(&volumes_of(&decoder), frames.next().unwrap());
+                        }
+                        Event::NeedInput | Event::End => break,
+                        _ => {}
+                    }
+                }
+            }
+            decoder.finish().unwrap();
+            assert_eq!(frames.next(), None);
+        }
+    }
+}
+
+/// What changed is in the dirty ranges, so that a copy that sees them alone is right.
+#[test]
+fn dirty_ranges_cover_every_change() {
+    let (bytes, states) = stream(3, 40, Compression::None);
+    let mut decoder = Decoder::new(Limits::default());
+    let mut copies: Vec<(Vec<Texel>, Option<Vec<u8>>)> = vec![(Vec::new(), None); 4];
+    let mut rest = &bytes[..];
+    let mut partial = 0;
+    let mut frames = states.iter();
+    loop {
+        let (used, event) = decoder.push(rest).unwrap();
+        rest = &rest[used..];
+        let Event::Frame(_) = event else {
+            if event == Event::End {
+                break;
+            }
+            continue;
+        };
+        let state = decoder.probes();
+        let live = decoder.tracks().iter();
+        let live = live.filter(|live| live.track.volume().is_some());
+        for ((live, copy), wanted) in live.zip(&mut copies).zip(frames.next().unwrap()) {
+            let texels = state.texels_of(live);
+            let count = texels.len() / TEXELS;
+            copy.0.resize(texels.len(), [9; 4]);
+            if let Some(range) = state.dirty_of(live) {
+                let range = range.start as usize..range.end as usize;
+                partial += usize::from(range.len() < count);
+                for t in 0..TEXELS {
+                    let range = t * count + range.start..t * count + range.end;
+                    copy.0[range.clone()].copy_from_slice(&texels[range]);
+                }
+            }
+            if state.visibility_dirty_of(live) {
+                copy.1 = state.visibility_of(live).map(<[u8]>::to_vec);
+            }
+            assert_eq!(copy.0, wanted.texels);
+            assert_eq!(copy.1, wanted.visibility);
+        }
+        decoder.clear_dirty();
+    }
+    assert!(partial > 0);
+}
+
+/// Deltas never drift: what a decoder holds after 10,000 frames is what the encoder holds.
+#[test]
+fn ten_thousand_deltas_end_where_the_encoder_does() {
+    let mut random = Random(11);
+    let mut room = Room::new(1, volume([4, 3, 3], 0, Coding::Packed(STEPS)));
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.tracks(&mut out, &[room.track.clone()]).unwrap();
+    let mut decoder = Decoder::new(Limits::default());
+    for frame in 0..10_000 {
+        room.change(&mut random, 5);
+        let coverage = match frame {
+            0 => Coverage::Keyframe,
+            _ => Coverage::Delta,
+        };
+        encoder
+            .probes(&mut out, coverage, &[room.update()], Compression::None)
+            .unwrap();
+        encoder.commit(&mut out, frame, None).unwrap();
+        let mut at = 0;
+        while at < out.len() {
+            at += decoder.push(&out[at..]).unwrap().0;
+        }
+        out.clear();
+        let live = &decoder.tracks()[0];
+        assert_eq!(decoder.probes().probes_of(live), room.probes);
+    }
+    assert_eq!(volumes_of(&decoder), [wanted(&room)]);
+}
+
+/// A stream with a keyframe and a delta of one volume, and where its last record of probes is.
+fn small(coding: Coding, side: u8) -> (Vec<u8>, usize) {
+    let mut random = Random(4);
+    let mut room = Room::new(1, volume([3, 3, 2], side, coding));
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    let points = common::track(7, points::PointWidths::BITS_32, 5, 6);
+    encoder
+        .tracks(&mut out, &[room.track.clone(), points])
+        .unwrap();
+    room.change(&mut random, 1);
+    encoder
+        .probes(
+            &mut out,
+            Coverage::Keyframe,
+            &[room.update()],
+            Compression::None,
+        )
+        .unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    room.change(&mut random, 2);
+    room.send_visibility = false;
+    encoder
+        .probes(
+            &mut out,
+            Coverage::Delta,
+            &[room.update()],
+            Compression::None,
+        )
+        .unwrap();
+    encoder.commit(&mut out, 1, None).unwrap();
+    let of_probes = |&at: &usize| header(&out, at).record_type == record_type::PROBES;
+    let at = records(&out).into_iter().filter(of_probes).next_back();
+    (out.clone(), at.unwrap())
+}
+
+/// What a decoder says of a changed last record, and that its state is that of the first frame.
+fn fault(bytes: &[u8], at: usize, change: impl FnOnce(&mut Vec<u8>)) -> u16 {
+    let wrong = with_payload(bytes, at, change);
+    let mut decoder = Decoder::new(Limits::default());
+    let _ = decode(&mut decoder, &bytes[..at]);
+    let before = volumes_of(&decoder);
+    let mut decoder = Decoder::new(Limits::default());
+    let error = decode(&mut decoder, &wrong).1.unwrap_err();
+    assert_eq!(error.offset, at as u64 + 32);
+    assert_eq!(volumes_of(&decoder), before);
+    error.id
+}
+
+#[test]
+fn each_fault_of_a_payload_has_its_number() {
+    let packed = Coding::Packed(STEPS);
+    let (bytes, at) = small(packed, 0);
+    let put = |offset: usize, value: u32| {
+        move |p: &mut Vec<u8>| p[offset..offset + 4].copy_from_slice(&value.to_le_bytes())
+    };
+    assert_eq!(fault(&bytes, at, |p| p.truncate(15)), 3101);
+    assert_eq!(fault(&bytes, at, put(4, 2)), 3102);
+    assert_eq!(fault(&bytes, at, put(12, 1)), 3102);
+    assert_eq!(fault(&bytes, at, put(8, 3)), 4001);
+    assert_eq!(fault(&bytes, at, put(0, u32::MAX)), 3101);
+    assert_eq!(fault(&bytes, at, put(16, 2)), 2019);
+    assert_eq!(fault(&bytes, at, put(16, 7)), 2027);
+    assert_eq!(fault(&bytes, at, put(24, 2)), 3102);
+    assert_eq!(fault(&bytes, at, put(24, 1)), 3102); // It has no visibility.
+    assert_eq!(fault(&bytes, at, |p| p.push(0)), 3101);
+    assert_eq!(fault(&bytes, at, |p| p.truncate(p.len() - 1)), 3101);
+    let longer = |zeros: usize| {
+        move |p: &mut Vec<u8>| {
+            let size = u32::from_le_bytes([p[20], p[21], p[22], p[23]]) + zeros as u32;
+            p[20..24].copy_from_slice(&size.to_le_bytes());
+            p.resize(p.len() + zeros, 0);
+        }
+    };
+    assert_eq!(fault(&bytes, at, longer(5)), 3105);
+    let (with_map, at_map) = small(packed, 4);
+    // The section is shorter than the map that it claims.
+    assert_eq!(fault(&with_map, at_map, put(24, 1)), 3101);
+
+    let (bytes, at) = small(Coding::Raw, 0);
+    // Eighteen probes: three bytes of each map, six bits past the end.
+    let maps = 16 + 12;
+    assert_eq!(fault(&bytes, at, |p| p[maps + 2] |= 4), 3102);
+    assert_eq!(fault(&bytes, at, |p| p[maps + 5] |= 128), 3102);
+    let unchanged = |p: &mut Vec<u8>| {
+        let first = p[maps].trailing_ones() as usize;
+        p[maps + 3] |= 1 << first;
+    };
+    assert_eq!(fault(&bytes, at, unchanged), 3102);
+    let values = maps + 6;
+    assert_eq!(fault(&bytes, at, |p| p[values + 1] |= 0x7c), 3103);
+    assert_eq!(fault(&bytes, at, |p| p[values + 5] |= 0x80), 3103);
+    assert_eq!(fault(&bytes, at, |p| p[values + 53] |= 0x7c), 3103);
+    assert_eq!(fault(&bytes, at, |p| p[values + 54] = 1), 3102);
+    assert_eq!(fault(&bytes, at, longer(56)), 3101);
+
+    // A record of points that names a volume.
+    let mut wrong = bytes[..at].to_vec();
+    let mut payload = [0u32, 0, 0, 0].map(u32::to_le_bytes).concat();
+    payload[0] = 1;
+    payload.extend([1u32, 0, 0].map(u32::to_le_bytes).concat());
+    let mut head = header(&bytes, at);
+    head.record_type = record_type::POINTS;
+    head.stored_bytes = payload.len() as u32;
+    head.unpacked_bytes = payload.len() as u32;
+    head.payload_crc = container::crc32c(&payload);
+    wrong.extend(head.to_bytes());
+    wrong.extend(&payload);
+    let mut decoder = Decoder::new(Limits::default());
+    assert_eq!(decode(&mut decoder, &wrong).1.unwrap_err().id, 2027);
+}
+
+/// A code out of its range comes from residuals alone: any bytes may say so.
+#[test]
+fn hostile_bytes_are_refused_or_within_range() {
+    let (bytes, at) = small(Coding::Packed(STEPS), 0);
+    let mut random = Random(6);
+    let mut seen = std::collections::BTreeMap::new();
+    for round in 0..20_000u32 {
+        let length = random.below(if round % 2 == 0 { 40 } else { 900 }) as usize;
+        let keyframe = random.below(2);
+        let wrong = with_payload(&bytes, at, |payload| {
+            payload.truncate(28);
+            payload[4] = keyframe as u8;
+            payload[20..24].copy_from_slice(&(length as u32).to_le_bytes());
+            let skewed = random.below(3);
+            payload.extend((0..length).map(|_| match skewed {
+                0 => random.next() as u8,
+                1 => (random.next() & random.next() & random.next()) as u8,
+                _ => (random.next() | random.next() | random.next()) as u8,
+            }));
+        });
+        let mut decoder = Decoder::new(Limits::default());
+        let outcome = decode(&mut decoder, &wrong).1.unwrap_err().id;
+        *seen.entry(outcome).or_insert(0) += 1;
+        for live in decoder.tracks() {
+            for probe in decoder.probes().probes_of(live) {
+                let codes = probe.codes.iter().zip(most(&STEPS));
+                assert!(
+                    probe.level <= 3 && codes.into_iter().all(|(c, m)| i32::from(c.abs()) <= m)
+                );
+            }
+            let texels = decoder.probes().texels_of(live).as_flattened();
+            assert!(texels.iter().all(|bits| bits & 0x7c00 != 0x7c00));
+        }
+    }
+    // 1019: it was taken, and the end record is missing.
+    assert!(
+        seen.contains_key(&3104) && seen.contains_key(&3105),
+        "{seen:?}"
+    );
+}
+
+#[test]
+fn parameters_that_cannot_be_are_refused() {
+    let good = volume([3, 2, 1], 4, Coding::Packed(STEPS));
+    let declare = |volume: Volume, space: LookupSpace| {
+        let mut out = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+        let mut track = volume_track(1, volume);
+        track.space = space;
+        encoder.tracks(&mut out, &[track]).map_err(|e| e.id)
+    };
+    let mesh = LookupSpace::Mesh;
+    assert_eq!(declare(good, mesh), Ok(()));
+    assert_eq!(declare(good, LookupSpace::Rest), Err(2020));
+    let steps = |change: fn(&mut Steps)| {
+        let mut steps = STEPS;
+        change(&mut steps);
+        Volume {
+            coding: Coding::Packed(steps),
+            ..good
+        }
+    };
+    let visibility = |side, range| Volume {
+        visibility: Visibility { side, range },
+        ..good
+    };
+    for (volume, id) in [
+        (
+            Volume {
+                dims: [0, 1, 1],
+                ..good
+            },
+            2022,
+        ),
+        (
+            Volume {
+                dims: [4096, 4096, 2],
+                ..good
+            },
+            2022,
+        ),
+        (
+            Volume {
+                spacing: [1.0, 0.0, 1.0],
+                ..good
+            },
+            2023,
+        ),
+        (
+            Volume {
+                spacing: [1.0, 1.0, -1.0],
+                ..good
+            },
+            2023,
+        ),
+        (
+            Volume {
+                spacing: [1.0, f32::INFINITY, 1.0],
+                ..good
+            },
+            2009,
+        ),
+        (
+            Volume {
+                exponent: 65,
+                ..good
+            },
+            2024,
+        ),
+        (
+            Volume {
+                exponent: -65,
+                ..good
+            },
+            2024,
+        ),
+        (visibility(5, 1.0), 2025),
+        (visibility(4, 0.0), 2025),
+        (visibility(0, 1.0), 2025),
+        (visibility(0, -0.0), 2025),
+        (visibility(32, 1.0), 2025),
+        (steps(|s| s.luma[0] = 0), 2026),
+        (steps(|s| s.luma[0] = 2561), 2026),
+        (steps(|s| s.luma[2] = 0), 2026),
+        (steps(|s| s.chroma[0] = 32769), 2026),
+    ] {
+        assert_eq!(declare(volume, mesh), Err(id), "{volume:?}");
+    }
+    for volume in [
+        Volume {
+            exponent: -64,
+            ..good
+        },
+        Volume {
+            dims: [1, 1, 65535],
+            ..good
+        },
+        visibility(0, 0.0),
+        visibility(16, f32::MIN_POSITIVE),
+        steps(|s| (s.luma, s.chroma) = ([2560, 32768, 32768], [32768; 3])),
+        steps(|s| (s.luma, s.chroma) = ([1; 3], [1; 3])),
+        Volume {
+            coding: Coding::Raw,
+            ..good
+        },
+    ] {
+        assert_eq!(declare(volume, mesh), Ok(()), "{volume:?}");
+    }
+}
+
+/// The limit counts what the arrays take, of all models together.
+#[test]
+fn state_counts_against_its_limit() {
+    let tracks = [
+        common::track(1, points::PointWidths::BITS_32, 10, 20),
+        volume_track(2, volume([3, 2, 2], 4, Coding::Raw)),
+        volume_track(3, volume([5, 1, 1], 0, Coding::Raw)),
+    ];
+    let bytes = 10 * 32 + 20 * 36 + 12 * (184 + 2 * 16) + 5 * 184;
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.tracks(&mut out, &tracks).unwrap();
+    for (state_bytes, id) in [(bytes, 1019), (bytes - 1, 2018)] {
+        let mut decoder = Decoder::new(Limits {
+            state_bytes,
+            ..Limits::default()
+        });
+        let error = decode(&mut decoder, &out).1.unwrap_err();
+        assert_eq!(error.id, id);
+        assert_eq!(decoder.tracks().len(), if id == 1019 { 3 } else { 0 });
+    }
+}
