@@ -86,14 +86,15 @@ fn still(scene: &Scene, options: Options) {
         false => View::Camera(0),
     };
     let job = Job {
-        options: Options {
+        points: Some(Options {
             visibility: true,
             density: Density {
                 candidates: 16.0,
                 thinning: 2.0,
             },
             ..options
-        },
+        }),
+        probes: None,
         view,
         frames: TICKS + 2,
         rate: TickRate::default(),

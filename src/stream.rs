@@ -188,7 +188,9 @@ impl<'s> Stream<'s> {
             }
             None => None,
         };
-        let taken = points.as_ref().map_or(0, |(server, _)| server.tracks().len());
+        let taken = points
+            .as_ref()
+            .map_or(0, |(server, _)| server.tracks().len());
         let probes = match &job.probes {
             Some(request) => {
                 let mut content = ProbesContent::new(scene, request, job.start, taken as u32)?;
@@ -327,7 +329,10 @@ impl<'s> Stream<'s> {
         report.frames = self.frame;
         report.stage_ms = self.stages.scaled(1.0 / report.ticks() as f64);
         report.probes = self.probes.as_ref().map(ProbesContent::report);
-        let tracks = self.points.iter().flat_map(|points| points.server().tracks());
+        let tracks = self
+            .points
+            .iter()
+            .flat_map(|points| points.server().tracks());
         for Track { store, .. } in tracks {
             report.cells += store.used_cells();
             report.dropped_points += store.dropped_points;
@@ -345,7 +350,9 @@ impl<'s> Stream<'s> {
     fn write_keyframe(&mut self, out: &mut Vec<u8>) -> Result<()> {
         self.encoder.group(out, GroupStart::Keyframes)?;
         let points = self.points.iter().flat_map(PointsContent::tracks);
-        let tracks: Vec<_> = points.chain(self.probes.iter().map(ProbesContent::track)).collect();
+        let tracks: Vec<_> = points
+            .chain(self.probes.iter().map(ProbesContent::track))
+            .collect();
         self.encoder.tracks(out, &tracks)?;
         let (encoder, compression) = (&mut self.encoder, self.job.compression);
         if let Some(points) = &mut self.points {

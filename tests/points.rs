@@ -39,7 +39,8 @@ fn exact(candidates: f32) -> Options {
 
 fn job(options: Options, view: View, frames: usize, hz: u32) -> Job {
     Job {
-        options,
+        points: Some(options),
+        probes: None,
         view,
         frames,
         rate: TickRate {
@@ -279,7 +280,7 @@ mod the_client {
     }
 
     fn assert_same(client: &Client, stream: &Stream, frame: usize) {
-        let (decoder, server) = (client.decoder(), stream.server());
+        let (decoder, server) = (client.decoder(), stream.points().expect("points"));
         assert_eq!(decoder.last_frame().map(|f| f.0), Some(frame as u32));
         let (_, time) = client.last_frame().expect("a frame");
         assert!((time - stream.time()).abs() < 1e-9);

@@ -10,6 +10,7 @@ use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
 use crate::render::MAX_SIDE;
 use crate::scene::Scene;
+use crate::trace::Aabb;
 
 /// Which scene, seen from where, when, and how large.
 #[derive(Clone, Debug, Args)]
@@ -47,9 +48,19 @@ pub struct ViewArgs {
     pub time: Option<f64>,
 }
 
-/// Point generation and the server.
+/// The models and their servers.
 #[derive(Clone, Debug, Args)]
 pub struct EncodeArgs {
+    /// What the stream carries: `points`, `probes`, or both as `points,probes`.
+    #[arg(
+        long,
+        value_name = "MODEL,MODEL",
+        value_delimiter = ',',
+        default_value = "points"
+    )]
+    pub model: Vec<Model>,
+    #[command(flatten)]
+    pub probes: ProbesArgs,
     /// Points per square metre before thinning (N of the paper).
     #[arg(long, value_name = "N", default_value = "1024", value_parser = density)]
     pub density: f64,
@@ -105,6 +116,59 @@ pub struct EncodeArgs {
     /// What becomes of points that do not fit into a cell of seven.
     #[arg(long, default_value = "chain")]
     pub overflow: Overflow,
+}
+
+/// A volume of probes and its server.
+#[derive(Clone, Debug, Args)]
+pub struct ProbesArgs {
+    /// Probes along x, y and z.
+    #[arg(long, value_name = "XxYxZ", default_value = "16x8x8", value_parser = probes)]
+    pub probes: [u16; 3],
+    /// Smallest and largest corner of the box of probes, in metres; fitted to the scene if not given.
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = volume, allow_hyphen_values = true)]
+    pub volume: Option<Aabb>,
+    /// Paths a probe and frame.
+    #[arg(long, value_name = "COUNT", default_value = "256",
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub samples: u32,
+    /// Share of the last frame's light that a frame keeps, 0.8 to 0.998.
+    #[arg(long, value_name = "SHARE", default_value = "0.99", value_parser = hysteresis)]
+    pub hysteresis: f32,
+    /// Forget the past where light really changes.
+    #[arg(long)]
+    pub adaptive: bool,
+    /// Frames that the server runs before the first one that is sent.
+    #[arg(long, value_name = "FRAMES", default_value = "16",
+        value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub settle: u32,
+    /// Texels a side of what each probe knows of the distances around it; 0 for nothing.
+    #[arg(long, value_name = "TEXELS", default_value = "8", value_parser = visibility)]
+    pub visibility_side: u32,
+    /// How probes are coded: 56 bytes each, or entropy-coded.
+    #[arg(long, default_value = "packed")]
+    pub coding: Coding,
+    /// Error that packed irradiance may have, as a share of the brightest.
+    #[arg(long, value_name = "SHARE", default_value = "0.004", value_parser = share)]
+    pub tolerance: f32,
+    /// Radiance of the sky, the same from everywhere.
+    #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance)]
+    pub sky: Vec3,
+}
+
+/// A model of the format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Model {
+    /// Ambient occlusion at surface points.
+    Points,
+    /// Indirect light in a volume of probes.
+    Probes,
+}
+
+/// A coding of the model `probes`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Coding {
+    Raw,
+    Packed,
 }
 
 /// The client.
@@ -339,6 +403,60 @@ fn vector(text: &str) -> Parsed<Vec3> {
     match parts[..] {
         [x, y, z] => Ok(Vec3::new(x as f32, y as f32, z as f32)),
         _ => Err(format!("expected {wanted}")),
+    }
+}
+
+fn numbers<const N: usize>(text: &str, wanted: &str) -> Parsed<[f32; N]> {
+    let parts: Vec<f32> = text
+        .split(',')
+        .map(|part| Ok(number(part, -1e6..=1e6, wanted)? as f32))
+        .collect::<Parsed<_>>()?;
+    parts.try_into().map_err(|_| format!("expected {wanted}"))
+}
+
+fn volume(text: &str) -> Parsed<Aabb> {
+    let wanted = "six numbers in metres within a million, the smallest corner first";
+    let [a, b, c, d, e, f] = numbers(text, wanted)?;
+    let (min, max) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+    if min.cmple(max).all() {
+        Ok(Aabb { min, max })
+    } else {
+        Err(format!("expected {wanted}"))
+    }
+}
+
+fn radiance(text: &str) -> Parsed<Vec3> {
+    let wanted = "three numbers from 0 to a million, such as 0.5,0.6,0.8";
+    let rgb: [f32; 3] = numbers(text, wanted)?;
+    match rgb.iter().all(|c| *c >= 0.0) {
+        true => Ok(Vec3::from(rgb)),
+        false => Err(format!("expected {wanted}")),
+    }
+}
+
+fn probes(text: &str) -> Parsed<[u16; 3]> {
+    let parts: Option<Vec<u16>> = text.split('x').map(|part| part.parse().ok()).collect();
+    parts
+        .and_then(|parts| <[u16; 3]>::try_from(parts).ok())
+        .filter(|dims| {
+            let count: u64 = dims.iter().map(|&d| u64::from(d)).product();
+            (1..=1 << 20).contains(&count)
+        })
+        .ok_or_else(|| "expected three counts, such as 16x8x8, of a million probes at most".into())
+}
+
+fn hysteresis(text: &str) -> Parsed<f32> {
+    Ok(number(text, 0.8..=0.998, "a share from 0.8 to 0.998")? as f32)
+}
+
+fn share(text: &str) -> Parsed<f32> {
+    Ok(number(text, 0.0..=1.0, "a share from 0 to 1")? as f32)
+}
+
+fn visibility(text: &str) -> Parsed<u32> {
+    match text {
+        "0" | "4" | "8" | "16" => Ok(text.parse().unwrap_or(0)),
+        _ => Err("expected 0, 4, 8 or 16".into()),
     }
 }
 

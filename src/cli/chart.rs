@@ -76,6 +76,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         path: args.output.clone(),
         source,
     })?;
+    let points = args.encode.options(args.scene.view.aspect());
     let job = args.encode.job(&scene, &args.scene.view)?;
     let mut renderer = Renderer::new(&scene, Backend::Auto)?;
     let seats = seats(args, &scene, &job, &mut renderer)?;
@@ -91,9 +92,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let options = Options {
             density: Density {
                 candidates: density,
-                ..job.options.density
+                ..points.density
             },
-            ..job.options
+            ..points
         };
         let clock = Instant::now();
         let mut server = Server::new(&scene, options, job.start)?;
@@ -103,7 +104,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             for seat in &seats {
                 let share = rate.hz() / args.encode.fps.hz();
                 let job = Job {
-                    options,
+                    points: Some(options),
                     view: seat.view,
                     frames: ((job.frames as f64 * share).round() as usize).max(1),
                     rate: rate.into(),
@@ -157,8 +158,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             job.frames,
             args.encode.fps.hz(),
             args.scored,
-            job.options.rays,
-            job.options.seed
+            points.rays,
+            points.seed
         ),
         sections: vec![Section {
             charts,
@@ -188,7 +189,7 @@ fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Resu
         width,
         height,
         rays: RAYS,
-        distance: job.options.distance,
+        distance: args.encode.distance,
         seed: 1,
     };
     let length = job.frames as f64 / args.encode.fps.hz();

@@ -64,6 +64,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         frames: Some(args.encode.frames.unwrap_or(FRAMES)),
         ..args.encode.clone()
     };
+    let options = encode.options(args.view.aspect());
     let job = encode.job(&scene, &args.view)?;
     std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
         path: args.out.clone(),
@@ -74,12 +75,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         width,
         height,
         rays: RAYS,
-        distance: job.options.distance,
+        distance: options.distance,
         seed: 1,
     };
 
     let placing = Instant::now();
-    let mut server = Server::new(&scene, job.options, job.start)?;
+    let mut server = Server::new(&scene, options, job.start)?;
     let mut bar = None;
     let tick = server.start(&mut |done, all| {
         bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64))

@@ -1,9 +1,10 @@
 //! `dapple encode`: runs the server on a scene and writes a stream.
 
-use super::args::{EncodeArgs, SceneArgs};
+use super::args::{EncodeArgs, Model, SceneArgs};
 use super::progress::Progress;
 use super::{job, output};
 use crate::measure::table::grouped;
+use crate::stream::Report;
 use crate::{Error, Result};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -74,24 +75,46 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if args.json {
         output::print_json(&report)?;
     } else {
-        output::print(&format!(
-            "{}: {} frames at {} Hz, {} points in {} cells, {} dropped\n\
-             start-up {} bytes, then {:.3} Mbit/s; {} changed points and {} rays a frame, \
-             {:.1} ms a frame\n",
-            args.output.display(),
-            report.frames,
-            report.fps,
+        output::print(&summary(args, &report))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn summary(args: &Args, report: &Report) -> String {
+    let mut text = format!(
+        "{}: {} frames at {} Hz, start-up {} bytes, then {:.3} Mbit/s\n",
+        args.output.display(),
+        report.frames,
+        report.fps,
+        grouped(report.bytes_startup),
+        report.mbps_steady,
+    );
+    if args.encode.model.contains(&Model::Points) {
+        text += &format!(
+            "{} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
             grouped(report.points as u64),
             grouped(report.cells as u64),
             grouped(report.dropped_points),
-            grouped(report.bytes_startup),
-            report.mbps_steady,
             grouped((report.changed_points / report.ticks()) as u64),
             grouped(report.rays / report.ticks() as u64),
             report.stage_ms.total(),
-        ))?;
+        );
     }
-    Ok(ExitCode::SUCCESS)
+    if let Some(probes) = &report.probes {
+        let figure = |value: Option<f64>| value.map_or("no".into(), |v| format!("{v:.1}"));
+        text += &format!(
+            "{} probes, {} of them in the open; first frame {} bytes, visibility {}, then {:.2} bytes a \
+             probe and frame at {} dB of irradiance; {:.1} ms a frame\n",
+            grouped(probes.probes as u64),
+            grouped(probes.probes_present as u64),
+            grouped(probes.bytes_first),
+            grouped(probes.bytes_visibility),
+            probes.bytes_per_probe_frame,
+            figure(probes.irradiance_psnr),
+            probes.probe_update_ms,
+        );
+    }
+    text
 }
 
 /// The name of the output while it is written: another one beside it, unless it is a pipe or a

@@ -1,13 +1,17 @@
 //! From arguments to what the library is asked for.
 
-use super::args::{self, EncodeArgs, SceneArgs, ViewArgs};
+use super::args::{self, EncodeArgs, Model, ProbesArgs, SceneArgs, ViewArgs};
 use super::progress::Progress;
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
+use crate::probes;
+use crate::probes::content::{Packing, Request};
+use crate::probes::server::Hysteresis;
 use crate::scene::Scene;
 use crate::scene::camera::{DEFAULT_YFOV, look_at};
 use crate::stream::{Job, Stream, View};
+use crate::trace::path::Sky;
 use crate::{Error, Result};
 
 /// Most frames that are encoded unasked: as many as `--frames` allows.
@@ -79,7 +83,14 @@ impl EncodeArgs {
             )));
         }
         Ok(Job {
-            options: self.options(view.aspect()),
+            points: self
+                .model
+                .contains(&Model::Points)
+                .then(|| self.options(view.aspect())),
+            probes: self
+                .model
+                .contains(&Model::Probes)
+                .then(|| self.probes.request(self.seed)),
             view: view.view(scene)?,
             frames: self.frames.map_or(whole as usize, |f| f as usize),
             rate,
@@ -88,6 +99,32 @@ impl EncodeArgs {
             keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
             compression: self.compression,
         })
+    }
+}
+
+impl ProbesArgs {
+    /// What is asked of the model `probes`.
+    pub fn request(&self, seed: u32) -> Request {
+        Request {
+            dims: self.probes,
+            bounds: self.volume,
+            server: probes::server::Options {
+                samples: self.samples,
+                hysteresis: match self.adaptive {
+                    true => Hysteresis::Adaptive(self.hysteresis),
+                    false => Hysteresis::Fixed(self.hysteresis),
+                },
+                visibility: self.visibility_side,
+                seed: seed.into(),
+                ..Default::default()
+            },
+            settle: self.settle,
+            packing: match self.coding {
+                args::Coding::Raw => Packing::Raw,
+                args::Coding::Packed => Packing::packed(self.tolerance),
+            },
+            sky: Sky::uniform(self.sky),
+        }
     }
 }
 

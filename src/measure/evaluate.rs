@@ -144,7 +144,7 @@ pub fn evaluate(
 
     let mut bytes = Vec::new();
     let mut client = Client::new(scene, Limits::default());
-    let mut stream = Stream::with_server(server, startup.0, startup.1, job, &mut bytes)?;
+    let mut stream = Stream::with_points(server, startup.0, startup.1, job, &mut bytes)?;
     let mut number = 0;
     loop {
         client.push(&bytes)?;

@@ -63,14 +63,23 @@ pub enum Packing {
 }
 
 impl Packing {
-    /// 48 dB of irradiance with room to spare, on the scenes that were measured.
-    pub const DEFAULT: Packing = Packing::Packed {
-        steps: Steps {
-            luma: [6, 48, 96],
-            chroma: [48, 96, 192],
-        },
-        tolerance: 1.0 / 256.0,
-    };
+    /// `packed`, with steps that fit a tolerance: no code is finer than it has to be, and none
+    /// coarser for a probe as bright as the brightest.
+    pub fn packed(tolerance: f32) -> Packing {
+        // Steps are twice what may be off; degree l counts for A_l / A_0 in irradiance.
+        let luma = (512.0 * tolerance * std::f32::consts::LOG2_E).clamp(1.0, 2560.0);
+        let relative = |l: usize| {
+            let step = 2.0 * 4096.0 * tolerance * super::sh::COSINE[0] / super::sh::COSINE[l];
+            step.clamp(1.0, 32768.0) as u16
+        };
+        Packing::Packed {
+            steps: Steps {
+                luma: [luma as u16, relative(1), relative(2)],
+                chroma: [relative(0), relative(1), relative(2)],
+            },
+            tolerance,
+        }
+    }
 }
 
 impl Default for Request {
@@ -80,7 +89,7 @@ impl Default for Request {
             bounds: None,
             server: Options::default(),
             settle: Options::default().visibility_frames,
-            packing: Packing::DEFAULT,
+            packing: Packing::packed(0.004),
             sky: Sky::default(),
         }
     }
@@ -225,7 +234,12 @@ impl<'s> Content<'s> {
             visibility: None,
         };
         let before = out.len();
-        encoder.probes(out, Coverage::Keyframe, &[update], compression)?;
+        encoder.probes(
+            out,
+            Coverage::Keyframe,
+            &[update],
+            self.compression(compression),
+        )?;
         if self.report.bytes_first == 0 {
             self.report.bytes_first = (out.len() - before) as u64;
         }
@@ -245,7 +259,11 @@ impl<'s> Content<'s> {
         let probes = self.next();
         let visibility = self.visibility();
         let seen_anew = visibility != self.sent_visibility;
-        let changed = probes.iter().zip(&self.sent).filter(|(a, b)| a != b).count();
+        let changed = probes
+            .iter()
+            .zip(&self.sent)
+            .filter(|(a, b)| a != b)
+            .count();
         let before = out.len();
         if changed > 0 || seen_anew {
             let update = Update {
@@ -253,6 +271,10 @@ impl<'s> Content<'s> {
                 base: &self.sent,
                 probes: &probes,
                 visibility: visibility.as_deref().filter(|_| seen_anew),
+            };
+            let compression = match seen_anew {
+                true => compression,
+                false => self.compression(compression),
             };
             encoder.probes(out, Coverage::Delta, &[update], compression)?;
         }
@@ -270,6 +292,14 @@ impl<'s> Content<'s> {
         Ok(())
     }
 
+    /// The compression of a record without visibility: what is entropy-coded has none to gain.
+    fn compression(&self, asked: Compression) -> Compression {
+        match self.packing {
+            Packing::Raw => asked,
+            Packing::Packed { .. } => Compression::None,
+        }
+    }
+
     /// Counts the error of what was sent.
     fn compare(&mut self) {
         let scale = 2f32.powi(self.volume.exponent.into());
@@ -277,7 +307,10 @@ impl<'s> Content<'s> {
             if probe.level == 0 {
                 continue;
             }
-            let values = self.volume.values(probe).map(|bits| f32_from_f16(bits) * scale);
+            let values = self
+                .volume
+                .values(probe)
+                .map(|bits| f32_from_f16(bits) * scale);
             let got = std::array::from_fn(|lm| Vec3::from_slice(&values[3 * lm..]));
             self.fidelity.add(&self.server.l2(index), &got);
         }
@@ -312,7 +345,8 @@ impl<'s> Content<'s> {
         let brightest = present
             .map(|i| luma(self.server.l2(i)[0]))
             .fold(0.0, f32::max);
-        let of_degree = |l: usize| tolerance * brightest * super::sh::COSINE[0] / super::sh::COSINE[l];
+        let of_degree =
+            |l: usize| tolerance * brightest * super::sh::COSINE[0] / super::sh::COSINE[l];
         let tolerances = [0, 1, 2].map(of_degree);
         Tolerance {
             luma: tolerances,
@@ -335,7 +369,10 @@ pub fn update(server: &mut Server, paths: &PathTracer) -> Tick {
     let options = *server.options();
     let follow = Paths::default();
     server.update(|origin, direction, draw| {
-        let sample = draw.frame.wrapping_mul(options.samples).wrapping_add(draw.sample);
+        let sample = draw
+            .frame
+            .wrapping_mul(options.samples)
+            .wrapping_add(draw.sample);
         let random = Random::new(options.seed as u32, draw.probe, sample);
         let arrived = paths.radiance(origin, direction, random, &follow);
         Arrived {
