@@ -3,6 +3,7 @@
 #![cfg(feature = "encode")]
 
 use dapple::points::rng::Rng;
+use dapple::probes::lattice::Lattice;
 use dapple::probes::sample::{Field, resistant, trilinear};
 use dapple::probes::server::{Arrived, Draw, Hysteresis, Options, Server};
 use dapple::probes::sh::{self, L2};
@@ -10,7 +11,7 @@ use dapple::probes::volume::Volume;
 use dapple::scene::{Pose, Scene, Surface};
 use dapple::trace::offset::offset_origin;
 use dapple::trace::{Ray, Tracer};
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 use std::f32::consts::PI;
 
 const SUN: Vec3 = Vec3::new(0.3, 0.9, 0.32);
@@ -124,6 +125,32 @@ impl<'s> World<'s> {
     }
 }
 
+/// Absent probes get the mean of their neighbours that are one step nearer to a present one, as the
+/// format's decoder does.
+fn fill(lattice: &Lattice, present: &[bool], radiance: &mut [L2]) {
+    let mut done = present.to_vec();
+    while done.contains(&true) && done.contains(&false) {
+        let before = done.clone();
+        for probe in (0..lattice.count()).filter(|p| !before[*p]) {
+            let at = lattice.place(probe).as_ivec3();
+            let near: Vec<usize> = IVec3::AXES
+                .iter()
+                .flat_map(|axis| [at + *axis, at - *axis])
+                .filter(|n| n.cmpge(IVec3::ZERO).all())
+                .filter(|n| n.cmplt(IVec3::from(lattice.dims.map(i32::from))).all())
+                .map(|n| lattice.index(n.as_uvec3()))
+                .filter(|n| before[*n])
+                .collect();
+            if !near.is_empty() {
+                let share = 1.0 / near.len() as f32;
+                radiance[probe] =
+                    std::array::from_fn(|i| near.iter().map(|n| radiance[*n][i] * share).sum());
+                done[probe] = true;
+            }
+        }
+    }
+}
+
 struct Measured {
     present: usize,
     /// Relative rms errors of irradiance.
@@ -147,8 +174,9 @@ fn measure(scene: &Scene, dims: [u16; 3], frames: usize, points: usize) -> Measu
     }
     println!("{}: {volume:?}\n{tick:?}", scene.name);
     let count = volume.lattice.count();
-    let radiance: Vec<L2> = (0..count).map(|p| server.l2(p)).collect();
+    let mut radiance: Vec<L2> = (0..count).map(|p| server.l2(p)).collect();
     let present: Vec<bool> = (0..count).map(|p| server.is_present(p)).collect();
+    fill(&volume.lattice, &present, &mut radiance);
     let field = Field {
         lattice: volume.lattice,
         radiance: &radiance,
