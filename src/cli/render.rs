@@ -1,5 +1,7 @@
 //! `dapple render`: one picture of a scene, lit by a stream or by a reference.
 
+mod path;
+
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
 use super::{output, stream};
 use crate::codec::Limits;
@@ -14,10 +16,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Render one frame of a scene to a PNG file, its ambient occlusion out of a stream.
+/// Render one frame of a scene to a PNG file, lit by a stream or by a reference.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The stream; not needed for `--method rtao` and `none`.
+    /// The stream; not needed for `--method rtao`, `none`, `path` and `direct`.
     #[arg(value_name = "STREAM")]
     stream: Option<PathBuf>,
     /// The scene that the stream was made for: a glTF file, or `hall`.
@@ -27,7 +29,7 @@ pub struct Args {
     view: ViewArgs,
     #[command(flatten)]
     client: ClientArgs,
-    /// Where ambient occlusion comes from.
+    /// Where ambient occlusion, or all light, comes from.
     #[arg(long, default_value = "points")]
     method: Method,
     /// Frames a second that `--frame` counts in.
@@ -40,6 +42,8 @@ pub struct Args {
     #[arg(long, value_name = "COUNT", default_value_t = RAYS,
         value_parser = clap::value_parser!(u32).range(2..=65_536))]
     rays: u32,
+    #[command(flatten)]
+    path: path::PathArgs,
     /// What draws.
     #[arg(long, default_value = "auto")]
     backend: Drawing,
@@ -59,6 +63,10 @@ enum Method {
     Rtao,
     /// AO = 1.
     None,
+    /// All light, path-traced per pixel: the reference.
+    Path,
+    /// Punctual lights with ray-traced shadows, and emission.
+    Direct,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -83,6 +91,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let seconds = args.view.seconds(args.fps);
     let pose = scene.pose(seconds);
     let (width, height) = args.view.size;
+    if let Method::Path | Method::Direct = args.method {
+        let camera = view.at(&pose);
+        let direct_only = args.method == Method::Direct;
+        return path::run(&args.path, &scene, &pose, &camera, args, direct_only);
+    }
     let backend = match args.backend {
         Drawing::Auto => Backend::Auto,
         Drawing::Gpu => Backend::Gpu,
@@ -93,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
     let mut note = String::new();
     let (frame, ao) = match args.method {
-        Method::None => {
+        Method::None | Method::Path | Method::Direct => {
             let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
             let open = vec![1.0; frame.gbuffer.fragments.len()];
             (frame, open)

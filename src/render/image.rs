@@ -138,15 +138,19 @@ impl Picture {
     }
 }
 
-/// IEC 61966-2-1 transfer function, to the nearest of 256 steps.
-pub fn srgb8_from_linear(c: f32) -> u8 {
+/// IEC 61966-2-1 transfer function, of 0..=1 to 0..=1; what lies beyond is clamped.
+pub fn srgb_from_linear(c: f32) -> f32 {
     let c = c.clamp(0.0, 1.0);
-    let s = if c <= 0.003_130_8 {
+    if c <= 0.003_130_8 {
         12.92 * c
     } else {
         1.055 * c.powf(1.0 / 2.4) - 0.055
-    };
-    (s * 255.0).round() as u8
+    }
+}
+
+/// [`srgb_from_linear`], to the nearest of 256 steps.
+pub fn srgb8_from_linear(c: f32) -> u8 {
+    (srgb_from_linear(c) * 255.0).round() as u8
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ pub mod composite;
 pub mod gbuffer;
 pub mod gpu;
 pub mod image;
+pub mod path;
 pub mod points;
 pub mod raster;
 pub mod shade;

@@ -8,7 +8,7 @@
 //! unbiased, too, but mixes the degrees in every frame.
 
 use crate::probes::sh::{self, MAX_COUNT};
-use glam::{Mat3, Quat, Vec3};
+use glam::{DVec3, Mat3, Quat, Vec3};
 use std::f64::consts::PI;
 
 /// Samples a coefficient below which the fit is too loose and the plain sum is taken.
@@ -38,25 +38,20 @@ pub fn fit(degree: usize, directions: &[Vec3], samples: &[Vec3]) -> Estimate {
     let n = sh::count(degree);
     let weight = 4.0 * PI / samples.len().max(1) as f64;
     let mut gram = [[0.0f64; MAX_COUNT]; MAX_COUNT];
-    let mut sums = [[0.0f64; 3]; MAX_COUNT];
+    let mut sums = [DVec3::ZERO; MAX_COUNT];
     for (d, value) in directions.iter().zip(samples) {
         let y = sh::basis(*d).map(f64::from);
         for i in 0..n {
             for (g, y_k) in gram[i][..=i].iter_mut().zip(&y) {
                 *g += weight * y[i] * y_k;
             }
-            for (sum, v) in sums[i].iter_mut().zip(value.to_array()) {
-                *sum += weight * y[i] * f64::from(v);
-            }
+            sums[i] += weight * y[i] * value.as_dvec3();
         }
     }
     if samples.len() >= LEAST * n {
         solve(&mut gram, &mut sums, n);
     }
-    let radiance: Vec<Vec3> = sums[..n]
-        .iter()
-        .map(|s| Vec3::from(s.map(|s| s as f32)))
-        .collect();
+    let radiance: Vec<Vec3> = sums[..n].iter().map(|s| s.as_vec3()).collect();
     let residual: f64 = directions
         .iter()
         .zip(samples)
@@ -72,7 +67,7 @@ pub fn fit(degree: usize, directions: &[Vec3], samples: &[Vec3]) -> Estimate {
 
 /// Solves `gram x = sums` in place by Cholesky's decomposition. `gram` holds the lower triangle. Where
 /// it is not positive definite, `sums` stays.
-fn solve(gram: &mut [[f64; MAX_COUNT]; MAX_COUNT], sums: &mut [[f64; 3]; MAX_COUNT], n: usize) {
+fn solve(gram: &mut [[f64; MAX_COUNT]; MAX_COUNT], sums: &mut [DVec3; MAX_COUNT], n: usize) {
     for i in 0..n {
         for k in 0..=i {
             let dot: f64 = (0..k).map(|j| gram[i][j] * gram[k][j]).sum();
@@ -86,14 +81,12 @@ fn solve(gram: &mut [[f64; MAX_COUNT]; MAX_COUNT], sums: &mut [[f64; 3]; MAX_COU
             }
         }
     }
-    for channel in 0..3 {
-        for i in 0..n {
-            let dot: f64 = (0..i).map(|j| gram[i][j] * sums[j][channel]).sum();
-            sums[i][channel] = (sums[i][channel] - dot) / gram[i][i];
-        }
-        for i in (0..n).rev() {
-            let dot: f64 = (i + 1..n).map(|j| gram[j][i] * sums[j][channel]).sum();
-            sums[i][channel] = (sums[i][channel] - dot) / gram[i][i];
-        }
+    for i in 0..n {
+        let dot: DVec3 = (0..i).map(|j| gram[i][j] * sums[j]).sum();
+        sums[i] = (sums[i] - dot) / gram[i][i];
+    }
+    for i in (0..n).rev() {
+        let dot: DVec3 = (i + 1..n).map(|j| gram[j][i] * sums[j]).sum();
+        sums[i] = (sums[i] - dot) / gram[i][i];
     }
 }

@@ -9,8 +9,9 @@ use glam::Vec3;
 /// how far beyond it the share must go to turn a decision: 256 rays err by 0.03.
 const INSIDE: f32 = 0.25;
 const MARGIN: f32 = 0.05;
-/// From this share on it stands inside whatever else it sees.
-const BURIED: f32 = 0.9;
+/// From this share on it stands inside whatever else it sees: the floor, in a box that stands on it
+/// and has no bottom. Beside a wall that is a sheet it stays below.
+const BURIED: f32 = 0.5;
 /// Share of rays that meet a front face within a cell from which a probe lights something in the open
 /// and is kept: bodies that are open sheets show their back there.
 const OPEN: f32 = 0.05;

@@ -150,15 +150,16 @@ fn the_histogram_of_samples_is_the_density() {
     }
 }
 
-/// A white metal gives back at most what it gets, and a smooth one all of it.
+/// A white metal gives back at most what it gets, and a smooth one all of it. What single scattering
+/// loses grows with roughness.
 #[test]
 fn metals_conserve_energy() {
     for roughness in [0.2, 0.3, 0.5, 0.7, 0.85, 1.0] {
         let bsdf = Bsdf::new(Vec3::ONE, 1.0, roughness);
         for cosine in VIEWS {
             let albedo = albedo(&bsdf, direction(cosine, 0.0));
-            // What single scattering loses grows with roughness: 60 % at worst.
-            let least = 1.0 - 0.6 * f64::from(roughness).powi(3) - 0.01;
+            let lost = if cosine < 0.5 { 0.1 } else { 0.02 };
+            let least = 1.0 - lost - 0.6 * f64::from(roughness).powi(3);
             assert!(
                 (least..=1.002).contains(&albedo),
                 "{roughness} {cosine}: {albedo}"
@@ -167,26 +168,30 @@ fn metals_conserve_energy() {
     }
 }
 
-/// A white dielectric, seen from everywhere alike. glTF's mix takes the coat's share from the base
-/// by the half vector's angle, which is not what the coat reflects in each direction: a white base
-/// gives more than it gets at grazing angles and less elsewhere. In the mean it is 1.
+/// Dielectrics, seen from everywhere alike. glTF's mix takes from the base by the half vector's
+/// angle, which is not quite what the coat reflects: a white base gives back up to 4 % more than it
+/// gets, one of 0.95 less than that.
 #[test]
 fn dielectrics_conserve_energy_in_the_mean() {
     for roughness in [0.2, 0.5, 1.0] {
-        let bsdf = Bsdf::new(Vec3::ONE, 0.0, roughness);
-        const VIEWS: usize = 24;
-        let mean: f64 = (0..VIEWS)
-            .map(|i| {
-                // Cosine-weighted: uniform in the squared cosine.
-                let cosine = ((i as f32 + 0.5) / VIEWS as f32).sqrt();
-                albedo(&bsdf, direction(cosine, 0.0)) / VIEWS as f64
-            })
-            .sum();
-        println!("{roughness}: {mean}");
-        assert!((0.95..=1.03).contains(&mean), "{roughness}: {mean}");
-        let lambert = albedo(&bsdf.without_coat(), direction(0.5, 0.0));
-        assert!((lambert - 1.0).abs() < 1e-3, "{lambert}");
+        let mean = |albedo_of_base: f32| -> f64 {
+            let bsdf = Bsdf::new(Vec3::splat(albedo_of_base), 0.0, roughness);
+            const VIEWS: usize = 24;
+            (0..VIEWS)
+                .map(|i| {
+                    // Cosine-weighted: uniform in the squared cosine.
+                    let cosine = ((i as f32 + 0.5) / VIEWS as f32).sqrt();
+                    albedo(&bsdf, direction(cosine, 0.0)) / VIEWS as f64
+                })
+                .sum()
+        };
+        let (white, grey) = (mean(1.0), mean(0.95));
+        assert!((0.95..=1.04).contains(&white), "{roughness}: {white}");
+        assert!((0.9..=1.0).contains(&grey), "{roughness}: {grey}");
     }
+    let lambert = Bsdf::new(Vec3::ONE, 0.0, 0.5).without_coat();
+    let albedo = albedo(&lambert, direction(0.5, 0.0));
+    assert!((albedo - 1.0).abs() < 1e-3, "{albedo}");
 }
 
 #[test]
@@ -204,7 +209,7 @@ fn a_normal_that_looks_away_is_leaned_to_the_viewer() {
     assert_eq!(seen_normal(Vec3::Z, view), Vec3::Z);
     let leaned = seen_normal(Vec3::new(0.0, -0.8, 0.6).normalize(), view);
     assert!(leaned.is_normalized() && leaned.dot(view) > 0.0);
-    assert_eq!(seen_normal(-view, view).dot(view) > 0.0, true);
+    assert!(seen_normal(-view, view).dot(view) > 0.0);
 }
 
 /// The narrowest lobe: finite numbers, and all of its light.

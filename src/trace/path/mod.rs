@@ -390,3 +390,6 @@ fn heuristic(a: f32, b: f32) -> f32 {
     let ratio = b / a;
     1.0 / (1.0 + ratio * ratio)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,199 @@
+//! `dapple render --method path` and `direct`: pictures by path tracing.
+
+use crate::cli::output;
+use crate::cli::progress::Progress;
+use crate::measure::metrics::psnr;
+use crate::render::Picture;
+use crate::render::path::state::{self, Subject};
+use crate::render::path::{Options, Part, PathPicture, direct};
+use crate::render::tone::develop;
+use crate::scene::{CameraPose, Pose, Scene};
+use crate::trace::Tracer;
+use crate::trace::path::{PathTracer, Sky};
+use crate::{Error, Result};
+use glam::Vec3;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Samples that a pass adds to each half of the picture: the state is saved between passes.
+const PASS: u32 = 8;
+
+/// Options of path-traced pictures.
+#[derive(Clone, Debug, clap::Args)]
+pub struct PathArgs {
+    /// Paths a pixel, in two independent halves that tell the picture's noise.
+    #[arg(long, value_name = "COUNT", default_value = "256",
+        value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
+    samples: u32,
+    /// Most surfaces that scatter light along a path.
+    #[arg(long, value_name = "COUNT", default_value = "32",
+        value_parser = clap::value_parser!(u32).range(1..=1024))]
+    bounces: u32,
+    /// Which light to show: what the seen surface gets from lights itself, or from everything else.
+    #[arg(long, default_value = "all")]
+    part: Shown,
+    /// Radiance of the sky as R,G,B, or above and below as R,G,B:R,G,B; black if not given.
+    #[arg(long, value_name = "RGB", value_parser = sky)]
+    sky: Option<Sky>,
+    /// Show surfaces without their glossy coats.
+    #[arg(long)]
+    no_coats: bool,
+    /// Spread samples over the pixels instead of their centres.
+    #[arg(long)]
+    supersample: bool,
+    /// Factor on radiance before the tone curve.
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = exposure)]
+    exposure: f32,
+    /// Keep the samples in this file, and go on from those that are in it.
+    #[arg(long, value_name = "FILE")]
+    state: Option<PathBuf>,
+    /// Write linear radiance, too, as a PFM file of 32-bit floats.
+    #[arg(long, value_name = "FILE")]
+    linear: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Shown {
+    All,
+    Direct,
+    Indirect,
+}
+
+/// Draws the picture that the arguments ask for.
+///
+/// # Errors
+/// `Io` for files that cannot be read or written, `Invalid` for a state of another picture.
+pub fn run(
+    own: &PathArgs,
+    scene: &Scene,
+    pose: &Pose,
+    camera: &CameraPose,
+    args: &super::Args,
+    direct_only: bool,
+) -> Result<ExitCode> {
+    let (width, height) = args.view.size;
+    let sky = own.sky.unwrap_or_default();
+    let options = Options {
+        max_bounces: own.bounces,
+        supersample: own.supersample,
+        seed: 0,
+    };
+    let tracer = Tracer::new(scene, pose);
+    let mut tracer = PathTracer::new(scene, pose, &tracer, sky);
+    if own.no_coats {
+        tracer = tracer.without_coats();
+    }
+    let started = std::time::Instant::now();
+    let (light, note) = if direct_only {
+        let light = direct(&tracer, camera, args.view.size, &options, own.samples);
+        (light, "direct light, ray-traced shadows".to_owned())
+    } else {
+        let subject = Subject::new(scene, pose.time, camera, &options, &sky, !own.no_coats);
+        let mut picture = match &own.state {
+            Some(path) => state::load(path, width, height, &subject)?,
+            None => PathPicture::new(width, height),
+        };
+        let before = picture.samples();
+        let wanted = own.samples.div_ceil(2);
+        let progress = Progress::new("Tracing paths", u64::from(wanted) * u64::from(height));
+        progress.at(u64::from(before / 2) * u64::from(height));
+        while picture.samples() / 2 < wanted {
+            let samples = PASS.min(wanted - picture.samples() / 2);
+            picture.add(&tracer, camera, &options, samples, &|rows| {
+                progress.step(rows * u64::from(samples));
+            });
+            if let Some(path) = &own.state {
+                state::save(path, &picture, &subject)?;
+            }
+        }
+        let part = match own.part {
+            Shown::All => Part::All,
+            Shown::Direct => Part::Direct,
+            Shown::Indirect => Part::Indirect,
+        };
+        let noise = picture.noise(part, own.exposure);
+        let paths = f64::from(picture.samples() - before) * f64::from(width) * f64::from(height);
+        let note = format!(
+            "{} paths a pixel, noise {:.1} dB below white; {:.2} million paths a second",
+            picture.samples(),
+            psnr(noise * noise),
+            paths / started.elapsed().as_secs_f64() / 1e6
+        );
+        (picture.light(part), note)
+    };
+    if let Some(path) = &own.linear {
+        write_pfm(path, width, &light)?;
+    }
+    Picture::from_linear(width, height, &develop(&light, own.exposure)).write_png(&args.output)?;
+    output::print(&format!("{}: {note}\n", args.output.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Portable FloatMap: three little-endian floats a pixel, rows from the bottom.
+fn write_pfm(path: &Path, width: u32, light: &[Vec3]) -> Result<()> {
+    let width = width.max(1) as usize;
+    let mut bytes = Vec::with_capacity(light.len() * 12 + 32);
+    let write = |bytes: &mut Vec<u8>| -> std::io::Result<()> {
+        write!(bytes, "PF\n{width} {}\n-1.0\n", light.len() / width)?;
+        for row in light.chunks(width).rev() {
+            for value in row.iter().flat_map(|c| c.to_array()) {
+                bytes.write_all(&value.to_le_bytes())?;
+            }
+        }
+        std::fs::write(path, &bytes)
+    };
+    write(&mut bytes).map_err(|source| Error::Io {
+        path: path.into(),
+        source,
+    })
+}
+
+fn sky(text: &str) -> std::result::Result<Sky, String> {
+    let colour = |text: &str| {
+        let parts: Vec<f32> = text
+            .split(',')
+            .map(|p| p.trim().parse().ok())
+            .collect::<Option<_>>()?;
+        let [r, g, b] = parts[..] else { return None };
+        let light = Vec3::new(r, g, b);
+        (light.min_element() >= 0.0 && light.max_element() <= 1e6).then_some(light)
+    };
+    let (up, down) = text.split_once(':').unwrap_or((text, text));
+    match (colour(up), colour(down)) {
+        (Some(up), Some(down)) => Ok(Sky { up, down }),
+        _ => Err("expected radiance as R,G,B from 0 to 1000000, or two such with a colon".into()),
+    }
+}
+
+fn exposure(text: &str) -> std::result::Result<f32, String> {
+    let value = text.trim().parse().ok();
+    value
+        .filter(|v| (1e-6..=1e6).contains(v))
+        .ok_or_else(|| "expected a factor from 0.000001 to 1000000".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn skies_are_one_colour_or_two() {
+        assert_eq!(sky("1,0.5,0"), Ok(Sky::uniform(Vec3::new(1.0, 0.5, 0.0))));
+        let two = sky("1,1,1:0,0,0").expect("two colours");
+        assert_eq!((two.up, two.down), (Vec3::ONE, Vec3::ZERO));
+        for wrong in [
+            "", "1,1", "1,1,-1", "1,1,nan", "1,1,1:", "1,1,1,1", "inf,0,0",
+        ] {
+            assert!(sky(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn exposures_are_positive() {
+        assert_eq!(exposure("0.5"), Ok(0.5));
+        for wrong in ["0", "-1", "nan", "1e9"] {
+            assert!(exposure(wrong).is_err(), "{wrong}");
+        }
+    }
+}
