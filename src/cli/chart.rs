@@ -1,6 +1,9 @@
-//! `dapple chart`: accuracy against bitrate and time, over densities, cameras and server rates.
+//! `dapple chart`: accuracy against bitrate and time. Of `points` over densities, cameras and server
+//! rates; of `probes` in [`probes`].
 
-use super::args::{EncodeArgs, Rate, SceneArgs, ViewArgs};
+mod probes;
+
+use super::args::{EncodeArgs, Model, Rate, SceneArgs, ViewArgs};
 use super::output;
 use super::progress::Progress;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
@@ -20,7 +23,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Measure a scene over point densities: bitrate of a whole run, accuracy against RTAO.
+/// Measure a scene: `points` over densities, bitrate of a whole run and accuracy against RTAO; with
+/// `--model probes`, indirect light against path tracing, beside DDGI.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -44,6 +48,13 @@ pub struct Args {
     /// Milliseconds from a server frame to its use.
     #[arg(long, value_name = "MS", default_value = "0", value_parser = super::args::latency)]
     latency_ms: f64,
+    /// Paths a pixel of the reference for `probes`.
+    #[arg(long, value_name = "COUNT", default_value = "1024",
+        value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
+    reference: u32,
+    /// Measure `probes` over degree, samples and hysteresis as well.
+    #[arg(long)]
+    curves: bool,
     /// Folder for the tables, charts and the page; it is made if it is missing.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -71,6 +82,11 @@ struct Seat {
 /// `Scene` for an unusable scene, `Invalid` for cameras it does not have, `Io` where the folder
 /// cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    match args.encode.model[..] {
+        [Model::Points] => {}
+        [Model::Probes] => return probes::run(args),
+        _ => return Err(Error::Invalid("chart one model at a time".into())),
+    }
     let scene = args.scene.open()?;
     std::fs::create_dir_all(&args.output).map_err(|source| Error::Io {
         path: args.output.clone(),

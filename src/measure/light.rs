@@ -9,6 +9,7 @@ use super::metrics::{Difference, Values, compare_pictures};
 use crate::Result;
 use crate::probes::ggx;
 use crate::probes::sample::{DIELECTRIC, Field, resistant, trilinear};
+use crate::probes::server::Server;
 use crate::probes::sh;
 use crate::probes::volume::Volume;
 use crate::render::Picture;
@@ -178,4 +179,32 @@ pub fn ddgi_end(paths: &PathTracer, origin: Vec3, direction: Vec3, cull: bool) -
         diffuse: bsdf.diffuse * (1.0 - (DIELECTRIC * scale + bias)),
         glossy: bsdf.f0 * scale + bsdf.f90 * bias,
     }
+}
+
+/// Indirect light by a server's own expansions, of whatever degree, unquantised and trilinear; absent
+/// probes count for nothing.
+pub fn from_expansions(server: &Server, surface: &Vertex) -> Reflected {
+    let (n, v) = (surface.normal, surface.view);
+    let volume = server.volume();
+    let roughness = surface.bsdf.alpha.sqrt();
+    let lobe = ggx::lobe(roughness);
+    let mirrored = sh::basis(ggx::lobe_direction(n, v, roughness));
+    let facing = sh::basis(n);
+    let (mut irradiance, mut glossy, mut weights) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+    for corner in volume.lattice.corners(volume.to_grid(surface.position)) {
+        if !server.is_present(corner.probe) {
+            continue;
+        }
+        weights += corner.weight;
+        for (i, c) in server.radiance(corner.probe).iter().enumerate() {
+            let degree = sh::degree_of(i);
+            irradiance += *c * (corner.weight * sh::COSINE[degree] * facing[i]);
+            glossy += *c * (corner.weight * lobe[degree] * mirrored[i]);
+        }
+    }
+    if weights <= 0.0 {
+        return Reflected::default();
+    }
+    let [irradiance, glossy] = [irradiance, glossy].map(|sum| (sum / weights).max(Vec3::ZERO));
+    reflected(&surface.bsdf, n.dot(v), irradiance, glossy)
 }

@@ -80,6 +80,13 @@ impl Packing {
             tolerance,
         }
     }
+
+    fn coding(self) -> Coding {
+        match self {
+            Packing::Raw => Coding::Raw,
+            Packing::Packed { steps, .. } => Coding::Packed(steps),
+        }
+    }
 }
 
 impl Default for Request {
@@ -139,10 +146,7 @@ impl<'s> Content<'s> {
                 side,
                 range: if side > 0 { server.range() } else { 0.0 },
             },
-            coding: match request.packing {
-                Packing::Raw => Coding::Raw,
-                Packing::Packed { steps, .. } => Coding::Packed(steps),
-            },
+            coding: request.packing.coding(),
         };
         let mut content = Content {
             scene,
@@ -204,6 +208,13 @@ impl<'s> Content<'s> {
             probe_update_ms: self.report.probe_update_ms / f64::from(self.ticks.max(1)),
             ..self.report
         }
+    }
+
+    /// Codes probes in another way from the next keyframe on; the track changes.
+    pub fn pack_as(&mut self, packing: Packing) {
+        self.packing = packing;
+        self.volume.coding = packing.coding();
+        self.sent.fill(Probe::ABSENT);
     }
 
     pub fn track(&self) -> codec::Track {
