@@ -333,3 +333,5 @@ fn turned(pattern: &[Vec3], seed: u64, probe: usize, frame: u32) -> Vec<Vec3> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod traced_tests;
