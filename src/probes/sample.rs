@@ -14,7 +14,7 @@ use std::f32::consts::PI;
 
 /// Share of the smallest spacing by which a point is lifted along its normal, and towards the
 /// viewer, before a probe is asked whether it sees it: `0.75 * 0.3` times 0.2 and 0.8 (Majercik et
-/// al. 2021, *Scaling Probe-Based Real-Time Dynamic Global Illumination for Production*, §4). What
+/// al. 2021, *Scaling Probe-Based Real-Time Dynamic Global Illumination for Production*, Eq. 2). What
 /// a probe knows of distances is blurred by a texel's angle, so that a surface would shade itself.
 /// SHARED with the client's shader.
 pub const NORMAL_BIAS: f32 = 0.045;

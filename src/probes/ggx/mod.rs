@@ -74,7 +74,7 @@ pub fn environment(n_v: f32, roughness: f32) -> [f32; 2] {
 
 /// The direction about which the lobe is centred: the mirror direction, drawn towards the normal as
 /// roughness grows, for the real lobe leans that way (Lagarde and de Rousiers 2014, *Moving
-/// Frostbite to PBR*, §4.9.3). `n` and `v`, to the viewer, are unit. SHARED with the client's shader.
+/// Frostbite to PBR*, page 69, whose roughness is alpha). `n` and `v`, to the viewer, are unit. SHARED with the client's shader.
 pub fn lobe_direction(n: Vec3, v: Vec3, roughness: f32) -> Vec3 {
     let mirror = n * (2.0 * n.dot(v)) - v;
     let alpha = (roughness * roughness).clamp(0.0, 1.0);

@@ -59,7 +59,9 @@ impl Default for Options {
     }
 }
 
-/// Which ray of which probe in which frame: what a ray's random numbers may depend on, and no more.
+/// Which ray of which probe in which frame: what a ray's random numbers may depend on, and no more. A
+/// low-discrepancy sequence by `sample`, another for each probe and frame, suits the directions,
+/// which are even over `sample` and turned at random from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draw {
     pub probe: u32,
@@ -336,3 +338,5 @@ fn turned(pattern: &[Vec3], seed: u64, probe: usize, frame: u32) -> Vec<Vec3> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod traced_tests;

@@ -1,13 +1,9 @@
-//! The update loop against fields that are known and small scenes that are traced.
+//! The update loop against fields that are known.
 
 use super::*;
 use crate::probes::lattice::Lattice;
-use crate::probes::sample::{Field, resistant, trilinear};
 use crate::probes::sh::{Y0, basis, evaluate_l2, project};
-use crate::probes::volume::INSET;
-use crate::scene::{Instance, Material, Mesh, Pose, Scene};
-use crate::trace::{Aabb, Ray, Tracer};
-use glam::{Affine3A, UVec3};
+use crate::trace::Aabb;
 
 fn volume(dims: [u16; 3]) -> Volume {
     let spacing = Vec3::splat(0.5);
@@ -21,7 +17,7 @@ fn server(dims: [u16; 3], options: Options) -> Server {
     Server::new(volume(dims), options).expect("a server")
 }
 
-fn plain() -> Options {
+pub(super) fn plain() -> Options {
     Options {
         threshold: 0.0,
         visibility: 0,
@@ -349,119 +345,6 @@ fn options_out_of_range_are_refused() {
     assert!(Volume::over(Aabb::EMPTY, [1, 1, 1]).is_err());
 }
 
-/// A box, its faces outward; inward if `inside`.
-fn cuboid(min: Vec3, max: Vec3, inside: bool) -> Mesh {
-    let corner = |i: usize| {
-        let pick = UVec3::new(i as u32 & 1, i as u32 >> 1 & 1, i as u32 >> 2).as_vec3();
-        min + (max - min) * pick
-    };
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles: Vec<[u32; 3]> = faces
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-        .map(|[a, b, c]| if inside { [a, c, b] } else { [a, b, c] })
-        .collect();
-    Mesh {
-        positions: (0..8).map(corner).collect(),
-        normals: vec![Vec3::Y; 8],
-        materials: vec![0; triangles.len()],
-        triangles,
-        ..Mesh::default()
-    }
-}
-
-fn scene(meshes: Vec<Mesh>) -> (Scene, Pose) {
-    let instances = (0..meshes.len())
-        .map(|mesh| Instance {
-            name: mesh.to_string(),
-            mesh,
-            ..Instance::default()
-        })
-        .collect();
-    let pose = Pose {
-        world_from_mesh: vec![Affine3A::IDENTITY; meshes.len()],
-        deformed: vec![None; meshes.len()],
-        ..Pose::default()
-    };
-    let scene = Scene {
-        meshes,
-        materials: vec![Material::default()],
-        instances,
-        ..Scene::default()
-    };
-    (scene, pose)
-}
-
-/// Surfaces that glow by a formula of their position, black from behind.
-fn glowing<'a>(
-    scene: &'a Scene,
-    pose: &'a Pose,
-    tracer: &'a Tracer,
-    glow: impl Fn(Vec3) -> f32 + Sync + 'a,
-) -> impl Fn(Vec3, Vec3, Draw) -> Arrived + Sync + 'a {
-    move |origin, direction, _| {
-        let ray = Ray {
-            origin,
-            direction,
-            t_max: f32::INFINITY,
-        };
-        let Some(hit) = tracer.closest(&ray) else {
-            return Arrived {
-                radiance: Vec3::ZERO,
-                distance: f32::INFINITY,
-                back_face: false,
-            };
-        };
-        let (instance, triangle) = (hit.instance as usize, hit.triangle as usize);
-        let at = scene.surface(pose, instance, triangle, hit.u, hit.v);
-        let back_face = at.geometric_normal.dot(direction) > 0.0;
-        let value = if back_face { 0.0 } else { glow(at.position) };
-        Arrived {
-            radiance: Vec3::splat(value),
-            distance: hit.t,
-            back_face,
-        }
-    }
-}
-
-#[test]
-fn probes_in_a_solid_box_are_found_and_stay_found() {
-    let (low, high) = (Vec3::new(-1.1, -2.0, -0.7), Vec3::new(1.3, 0.2, 0.7));
-    // The box stands on the floor, which is seen from inside it: its own bottom lies in it.
-    let room = cuboid(Vec3::splat(-2.0), Vec3::splat(2.0), true);
-    let (scene, pose) = scene(vec![room, cuboid(low, high, false)]);
-    let tracer = Tracer::new(&scene, &pose);
-    let over = Aabb {
-        min: Vec3::splat(-1.8),
-        max: Vec3::splat(1.8),
-    };
-    let volume = Volume::over(over, [7, 7, 7]).expect("a volume");
-    let mut server = Server::new(volume, plain()).expect("a server");
-    let arrive = glowing(&scene, &pose, &tracer, |_| 1.0);
-    let inside = |p: usize| {
-        let x = volume.position(p);
-        x.cmpgt(low).all() && x.cmplt(high).all()
-    };
-    let expected = (0..343).filter(|p| !inside(*p)).count();
-    assert!(expected < 340);
-    for frame in 0..20 {
-        let tick = server.update(&arrive);
-        for p in 0..343 {
-            assert_eq!(server.is_present(p), !inside(p), "{frame}: {p}");
-        }
-        assert_eq!(tick.present, expected);
-        // Those inside are asked now and then only.
-        assert!(frame == 0 || tick.rays < 256 * 343);
-    }
-}
-
 /// A probe at the edge of the decision keeps it.
 #[test]
 fn presence_does_not_flicker() {
@@ -496,139 +379,6 @@ fn presence_does_not_flicker() {
         }
         assert!((0..64).all(|p| server.is_present(p) == expected));
     }
-}
-
-#[test]
-fn the_visibility_block_knows_the_walls_and_is_frozen() {
-    let (low, high) = (Vec3::new(-1.0, -2.0, -3.0), Vec3::new(1.0, 2.0, 3.0));
-    let (scene, pose) = scene(vec![cuboid(low, high, true)]);
-    let tracer = Tracer::new(&scene, &pose);
-    let over = Aabb {
-        min: 0.8 * low,
-        max: 0.8 * high,
-    };
-    let options = Options {
-        visibility: 16,
-        visibility_frames: 12,
-        ..plain()
-    };
-    let volume = Volume::over(over, [3, 3, 3]).expect("a volume");
-    let mut server = Server::new(volume, options).expect("a server");
-    let arrive = glowing(&scene, &pose, &tracer, |_| 1.0);
-    let mut frozen = Vec::new();
-    for frame in 0..15 {
-        let tick = server.update(&arrive);
-        assert_eq!(tick.visibility_changed, frame < 12);
-        if frame == 11 {
-            frozen = server.codes.clone();
-        }
-    }
-    assert_eq!(server.codes, frozen);
-    // Distances to walls straight ahead, of every probe, in metres: the texel's own blur is 10
-    // degrees, which lengthens them.
-    let range = server.range();
-    for p in 0..27 {
-        let at = volume.position(p);
-        for axis in 0..3 {
-            let (d, distance) = (Vec3::AXES[axis], high[axis] - at[axis]);
-            let see = server.visibility().expect("a block");
-            let distance = distance.min(range);
-            // A point before the wall is seen, one well behind it is not.
-            let before = see.share(p, d * (0.9 * distance));
-            // Down a corridor the blur takes in the walls beside it.
-            assert!(distance > 2.0 || before > 0.5, "{p} {axis}: {before}");
-            if distance < 0.7 * range {
-                let behind = see.share(p, d * (1.25 * distance + 0.1));
-                assert!(behind < 0.05, "{p} {axis}: {behind}");
-            }
-        }
-    }
-    server.geometry_changed();
-    assert!(server.update(&arrive).visibility_changed);
-}
-
-/// Two rooms with a wall of 20 cm between them, one bright, one dark, traced from end to end.
-#[test]
-fn no_light_comes_through_a_wall() {
-    let room = cuboid(Vec3::new(-4.0, -2.0, -2.0), Vec3::new(4.0, 2.0, 2.0), true);
-    let wall = cuboid(Vec3::new(-0.1, -2.1, -2.1), Vec3::new(0.1, 2.1, 2.1), false);
-    let (scene, pose) = scene(vec![room, wall]);
-    let tracer = Tracer::new(&scene, &pose);
-    let over = Aabb {
-        min: Vec3::new(-3.5, -1.5, -1.5),
-        max: Vec3::new(3.5, 1.5, 1.5),
-    };
-    let volume = Volume::over(over, [8, 4, 4]).expect("a volume");
-    let options = Options {
-        visibility: 16,
-        ..plain()
-    };
-    let mut server = Server::new(volume, options).expect("a server");
-    let arrive = glowing(
-        &scene,
-        &pose,
-        &tracer,
-        |x| if x.x > 0.0 { 1000.0 } else { 1.0 },
-    );
-    (0..16).for_each(|_| {
-        server.update(&arrive);
-    });
-    let radiance: Vec<L2> = (0..128).map(|p| server.l2(p)).collect();
-    let present: Vec<bool> = (0..128).map(|p| server.is_present(p)).collect();
-    assert!(present.iter().all(|p| *p));
-    let field = Field {
-        lattice: volume.lattice,
-        radiance: &radiance,
-        present: &present,
-        visibility: server.visibility(),
-    };
-    let (mut worst, mut plainly) = (0.0f32, 0.0f32);
-    for i in 0..400 {
-        let s = |k: usize| (i * k % 401) as f32 / 401.0 * 3.8 - 1.9;
-        // On the wall itself, on the floor by the wall, and in the middle of the room.
-        for (x, n) in [
-            (Vec3::new(-0.1, s(17), s(57)), Vec3::NEG_X),
-            (Vec3::new(-0.15 - 0.4 * s(91).abs(), -2.0, s(57)), Vec3::Y),
-            (Vec3::new(-2.0 + s(17), s(57), s(91)), Vec3::Y),
-        ] {
-            let x = volume.to_grid(x);
-            let v = (n + Vec3::NEG_X).normalize();
-            worst = worst.max(resistant(&field, x, n, v)[0].x * Y0);
-            plainly = plainly.max(trilinear(&field, x)[0].x * Y0);
-        }
-    }
-    println!("dark room of 1 beside one of 1000: at most {worst}, trilinear {plainly}");
-    assert!(worst < 3.0 && plainly > 300.0);
-}
-
-#[test]
-fn a_volume_fits_the_inside_of_a_room() {
-    let inner = (Vec3::new(-4.0, 0.0, -2.0), Vec3::new(4.0, 3.0, 2.0));
-    let shell = (inner.0 - 0.5, inner.1 + 0.5);
-    let meshes = vec![
-        cuboid(inner.0, inner.1, true),
-        cuboid(shell.0, shell.1, false),
-    ];
-    let (scene, mut pose) = scene(meshes);
-    pose.cameras.push(crate::scene::camera::look_at(
-        Vec3::new(1.0, 1.0, 0.5),
-        Vec3::ZERO,
-        1.0,
-    ));
-    let tracer = Tracer::new(&scene, &pose);
-    let dims = [9, 4, 1];
-    let volume = Volume::fit(&scene, &pose, &tracer, dims).expect("a volume");
-    let end = volume.origin + volume.lattice.extent();
-    for axis in 0..2 {
-        let inset = INSET * volume.lattice.spacing[axis];
-        assert!((volume.origin[axis] - inset - inner.0[axis]).abs() < 0.05);
-        assert!((end[axis] + inset - inner.1[axis]).abs() < 0.05);
-    }
-    assert!(volume.origin.z.abs() < 0.05 && end.z == volume.origin.z);
-    let nothing = Scene::default();
-    let pose = Pose::default();
-    let tracer = Tracer::new(&nothing, &pose);
-    assert!(Volume::fit(&nothing, &pose, &tracer, dims).is_err());
 }
 
 #[test]
