@@ -28,6 +28,9 @@ pub fn srgb_to_linear(code: u8) -> f32 {
 /// A texel index inside `0..size`.
 fn wrap(index: i64, size: u32, mode: Wrap) -> usize {
     let size = i64::from(size);
+    if (0..size).contains(&index) {
+        return index as usize;
+    }
     let inside = match mode {
         Wrap::Repeat => index.rem_euclid(size),
         Wrap::Clamp => index.clamp(0, size - 1),

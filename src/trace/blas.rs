@@ -5,7 +5,7 @@ use super::build::{self, Effort};
 use super::instructions::Instructions;
 use super::packet::{LANES, Packet, TriangleHit};
 use super::slab::SlabRay;
-use super::wide::{NONE, WideBvh};
+use super::wide::{NONE, SortedStack, WideBvh};
 use crate::scene::{Alpha, Material, Mesh};
 use glam::Vec3;
 
@@ -148,9 +148,10 @@ impl Blas {
         ray: &SlabRay,
         mut t_max: f32,
         opaque: impl Fn(&TriangleHit) -> bool,
+        stack: &mut SortedStack,
     ) -> Option<TriangleHit> {
         let mut best: Option<TriangleHit> = None;
-        let mut walk = self.tree.walk_sorted();
+        let mut walk = self.tree.walk_sorted(stack);
         while let Some(leaf) = walk.next(with, ray, t_max) {
             let packet = &self.packets[leaf as usize];
             let mut candidates = packet.candidates(ray);

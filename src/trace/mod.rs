@@ -323,7 +323,8 @@ impl<'s> Tracer<'s> {
         let world = self.world_ray(ray)?;
         let mut best: Option<Hit> = None;
         let mut t_max = ray.t_max;
-        let mut walk = self.top.walk_sorted();
+        let (mut stack, mut inner) = (wide::EMPTY_STACK, wide::EMPTY_STACK);
+        let mut walk = self.top.walk_sorted(&mut stack);
         while let Some(instance) = walk.next(with, &world, t_max) {
             let Some(placed) = &self.placed[instance as usize] else {
                 continue;
@@ -332,8 +333,8 @@ impl<'s> Tracer<'s> {
             let opaque = |hit: &TriangleHit| {
                 (!hit.masked || self.is_opaque(instance, hit)) && sides.stop(instance, hit)
             };
-            if let Some(hit) = self.blases[placed.blas as usize].closest(with, &ray, t_max, opaque)
-            {
+            let blas = &self.blases[placed.blas as usize];
+            if let Some(hit) = blas.closest(with, &ray, t_max, opaque, &mut inner) {
                 let TriangleHit {
                     t,
                     triangle,

@@ -153,11 +153,12 @@ impl WideBvh {
 
     /// Begins a walk over the leaves whose boxes the ray passes, from near to far.
     #[inline(always)]
-    pub fn walk_sorted(&self) -> SortedWalk<'_> {
+    pub fn walk_sorted<'t>(&'t self, stack: &'t mut SortedStack) -> SortedWalk<'t> {
+        stack[0] = (0.0, 0);
         SortedWalk {
             nodes: &self.nodes,
             depth: 1,
-            stack: [(0.0, 0); WIDTH * MAX_DEPTH],
+            stack,
         }
     }
 
@@ -235,12 +236,17 @@ impl Walk<'_> {
     }
 }
 
+/// Where a ray enters children that are left to visit, and the children. A ray walks many
+/// hierarchies: it clears one such stack for all of them.
+pub type SortedStack = [(f32, u32); WIDTH * MAX_DEPTH];
+
+pub const EMPTY_STACK: SortedStack = [(0.0, 0); WIDTH * MAX_DEPTH];
+
 /// The leaves a ray comes to, from near to far.
 pub struct SortedWalk<'t> {
     nodes: &'t [Node],
     depth: usize,
-    /// Where the ray enters a child, and the child.
-    stack: [(f32, u32); WIDTH * MAX_DEPTH],
+    stack: &'t mut SortedStack,
 }
 
 impl SortedWalk<'_> {

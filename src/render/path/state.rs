@@ -138,7 +138,9 @@ pub fn load(path: &Path, width: u32, height: u32, subject: &Subject) -> Result<P
         } else {
             "with other options"
         };
-        return refuse(&format!("the state is of a picture {other}"));
+        return refuse(&format!(
+            "the state is of a picture {other}; name another file"
+        ));
     }
     let pixels = width as usize * height as usize;
     if body.len() - HEADER != pixels * PIXEL {

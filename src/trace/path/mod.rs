@@ -247,11 +247,11 @@ impl<'a> PathTracer<'a> {
         let mut throughput = Vec3::ONE;
         for bounce in 0..max_bounces {
             if punctual || bounce > 0 {
-                light += throughput * self.from_one_light(&vertex, random.unit());
+                light += throughput * self.one_light(&vertex, random.unit());
             }
             if !self.emitters.is_empty() {
                 let (choice, u) = (random.unit(), random.pair());
-                light += throughput * self.from_one_emitter(&vertex, choice, u);
+                light += throughput * self.one_emitter(&vertex, choice, u);
             }
             let Some(next) = vertex.scatter(random) else {
                 break;
@@ -306,7 +306,7 @@ impl<'a> PathTracer<'a> {
 
     /// An estimate of [`PathTracer::direct`] by one shadow ray: the light is drawn by what it would
     /// contribute.
-    fn from_one_light(&self, vertex: &Vertex, mut u: f32) -> Vec3 {
+    fn one_light(&self, vertex: &Vertex, mut u: f32) -> Vec3 {
         let mut total = 0.0;
         let mut chosen: Option<(Vec3, f32, Ray)> = None;
         for light in 0..self.pose.lights.len() {
@@ -335,7 +335,7 @@ impl<'a> PathTracer<'a> {
 
     /// An estimate of the light of all emitters by one shadow ray, weighted against what
     /// [`Vertex::scatter`] finds.
-    fn from_one_emitter(&self, vertex: &Vertex, choice: f32, u: [f32; 2]) -> Vec3 {
+    fn one_emitter(&self, vertex: &Vertex, choice: f32, u: [f32; 2]) -> Vec3 {
         let Some(source) = self.emitters.sample(self.scene, choice, u) else {
             return Vec3::ZERO;
         };

@@ -77,7 +77,11 @@ fn ball(radius: f32, rings: u32, inside: bool, material: impl Fn(Vec3) -> u32) -
     let around = 2 * rings;
     let at = |r: u32, a: u32| {
         let (theta, phi) = (PI * r as f32 / rings as f32, TAU * a as f32 / around as f32);
-        let sin = if r % rings == 0 { 0.0 } else { theta.sin() };
+        let sin = if r.is_multiple_of(rings) {
+            0.0
+        } else {
+            theta.sin()
+        };
         Vec3::new(sin * phi.cos(), theta.cos(), -sin * phi.sin())
     };
     let mut ball = Mesh::default();
@@ -388,7 +392,7 @@ fn one_light_at_a_time_adds_up_to_all() {
         let vertex = path.first(eye, direction, true).0.expect("the floor");
         let all = f64::from(path.direct(&vertex).x);
         let (sum, noise) = mean(1 << 14, |i| {
-            path.from_one_light(&vertex, Random::new(1, 0, i).unit()).x
+            path.one_light(&vertex, Random::new(1, 0, i).unit()).x
         });
         assert!(
             (sum - all).abs() <= 4.0 * noise + 1e-5 * all,
@@ -423,7 +427,7 @@ fn the_error_falls_with_the_square_root_of_the_samples() {
         Vec3::new(-1.0, 0.2, 0.1),
     ];
     let origin = Vec3::new(0.9, 0.3, 1.1);
-    let mut squared = vec![0.0f64; 12];
+    let mut squared = [0.0f64; 12];
     for direction in rays.map(Vec3::normalize) {
         let runs: Vec<Vec<f64>> = (0..STREAMS)
             .map(|stream| {
