@@ -1,7 +1,9 @@
 //! What a `probes` server puts into the frames of a stream (DDISH-GI §4, `spec/encoding.md`).
 
+use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
-use super::server::{Arrived, Options, Server, Tick};
+use super::server::{Options, Server, Tick};
+use super::sh::L2;
 use super::volume::Volume;
 use crate::Result;
 use crate::codec::points::StateDigest;
@@ -11,6 +13,7 @@ use crate::scene::{Pose, Scene};
 use crate::trace::path::{PathTracer, Paths, Random, Sky};
 use crate::trace::{Aabb, Tracer};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// What is asked of the model.
 #[derive(Clone, Copy, Debug)]
@@ -112,6 +115,8 @@ pub struct Content<'s> {
     packing: Packing,
     id: u32,
     volume: probes::Volume,
+    /// The server's light, without what rings below zero.
+    light: Vec<L2>,
     /// As clients have them.
     sent: Vec<Probe>,
     sent_visibility: Option<Vec<u8>>,
@@ -155,6 +160,7 @@ impl<'s> Content<'s> {
             sky: request.sky,
             packing: request.packing,
             id,
+            light: Vec::new(),
             sent: vec![Probe::ABSENT; place.lattice.count()],
             sent_visibility: None,
             report: Report {
@@ -193,6 +199,12 @@ impl<'s> Content<'s> {
         self.tracer.update(&self.pose);
         let paths = PathTracer::new(self.scene, &self.pose, &self.tracer, self.sky);
         let tick = update(&mut self.server, &paths);
+        let light = (0..self.sent.len()).into_par_iter().map(|probe| {
+            let mut light = self.server.l2(probe);
+            dering(&mut light, Keep::Irradiance);
+            light
+        });
+        self.light = light.collect();
         self.ticks += 1;
         self.report.probe_update_ms += tick.update_time.as_secs_f64() * 1e3;
         tick
@@ -323,7 +335,7 @@ impl<'s> Content<'s> {
                 .values(probe)
                 .map(|bits| f32_from_f16(bits) * scale);
             let got = std::array::from_fn(|lm| Vec3::from_slice(&values[3 * lm..]));
-            self.fidelity.add(&self.server.l2(index), &got);
+            self.fidelity.add(&self.light[index], &got);
         }
     }
 
@@ -339,7 +351,7 @@ impl<'s> Content<'s> {
             if !self.server.is_present(index) {
                 return Probe::ABSENT;
             }
-            let radiance = self.server.l2(index).map(|c| c.to_array());
+            let radiance = self.light[index].map(|c| c.to_array());
             self.volume.quantize_near(&radiance, sent, &tolerance)
         };
         self.sent.iter().enumerate().map(probe).collect()
@@ -353,9 +365,7 @@ impl<'s> Content<'s> {
         };
         let present = (0..self.sent.len()).filter(|&i| self.server.is_present(i));
         let luma = |c: Vec3| (c.x + 2.0 * c.y + c.z) / 4.0;
-        let brightest = present
-            .map(|i| luma(self.server.l2(i)[0]))
-            .fold(0.0, f32::max);
+        let brightest = present.map(|i| luma(self.light[i][0])).fold(0.0, f32::max);
         let of_degree =
             |l: usize| tolerance * brightest * super::sh::COSINE[0] / super::sh::COSINE[l];
         let tolerances = [0, 1, 2].map(of_degree);
@@ -385,11 +395,6 @@ pub fn update(server: &mut Server, paths: &PathTracer) -> Tick {
             .wrapping_mul(options.samples)
             .wrapping_add(draw.sample);
         let random = Random::new(options.seed as u32, draw.probe, sample);
-        let arrived = paths.radiance(origin, direction, random, &follow);
-        Arrived {
-            radiance: arrived.radiance,
-            distance: arrived.distance,
-            back_face: arrived.back_face,
-        }
+        paths.radiance(origin, direction, random, &follow)
     })
 }

@@ -14,6 +14,7 @@ use super::sh::{L2, MAX_DEGREE};
 use super::visibility::{SIDES, Visibility};
 use super::volume::{Volume, spiral};
 use crate::points::rng::Rng;
+pub use crate::trace::path::Arrived;
 use crate::{Error, Result};
 use glam::Vec3;
 use history::History;
@@ -68,17 +69,6 @@ pub struct Draw {
     pub frame: u32,
     /// 0 to [`Options::samples`].
     pub sample: u32,
-}
-
-/// What a ray of a probe brings back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrived {
-    /// Linear RGB.
-    pub radiance: Vec3,
-    /// Metres to the surface that is seen; infinite for the sky.
-    pub distance: f32,
-    /// Whether it met the back of a surface, there or on the way.
-    pub back_face: bool,
 }
 
 /// What one frame did.
