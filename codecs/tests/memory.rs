@@ -1,8 +1,12 @@
 //! What decoding allocates: within the limits, and nothing once it runs.
 
 mod common;
+#[path = "common/volumes.rs"]
+mod volumes;
+
 use common::*;
 use dapple_codec::points::*;
+use dapple_codec::probes;
 use dapple_codec::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -423,6 +427,113 @@ fn allocations() {
             // The first round grows the buffers, and a declared track has a path.
             if round == 1 && frame > 0 {
                 assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+            }
+        }
+    }
+
+    // Volumes up to the limit of state, beside points, and again after a reset; then as many small
+    // ones as there may be, that come and go.
+    let limits = Limits {
+        state_bytes: 8 << 20,
+        ..SMALL
+    };
+    let coding = probes::Coding::Raw;
+    let all = volumes::volume([32, 32, 19], 8, coding);
+    assert!(all.count() as u64 * (184 + 128) > 5 << 20);
+    let volumes_alone = declared(&[volumes::volume_track(3, all)]);
+    let beside = declared(&[
+        track(1, PointWidths::BITS_32, 1000, 2000),
+        volumes::volume_track(3, all),
+    ]);
+    let points_alone = declared(&[track(1, PointWidths::BITS_32, (8 << 20) / 32 - 2, 1)]);
+    within(limits, 8 << 20, |decoder| {
+        for bytes in [
+            &points_alone,
+            &volumes_alone,
+            &beside,
+            &points_alone,
+            &beside,
+        ] {
+            assert_eq!(push(decoder, bytes), Ok(()));
+            decoder.reset();
+        }
+    });
+    let limits = Limits {
+        tracks: 1000,
+        state_bytes: 1 << 20,
+        stored_bytes: 256 << 10,
+        unpacked_bytes: 256 << 10,
+        frame_bytes: 256 << 10,
+        ..SMALL
+    };
+    let mut many = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut many).unwrap();
+    encoder.group(&mut many, GroupStart::Keyframes).unwrap();
+    let one = volumes::volume([1, 1, 2], 0, coding);
+    let mut random = Random(3);
+    let mut rooms: Vec<_> = (0..1000).map(|id| volumes::Room::new(id, one)).collect();
+    for room in &mut rooms {
+        room.track.target.path = "p".repeat(64);
+        room.change(&mut random, 1);
+    }
+    for part in rooms.chunks(100) {
+        let tracks: Vec<_> = part.iter().map(|room| room.track.clone()).collect();
+        encoder.tracks(&mut many, &tracks).unwrap();
+        let updates: Vec<_> = part.iter().map(|room| room.update()).collect();
+        encoder
+            .probes(&mut many, Coverage::Keyframe, &updates, Compression::None)
+            .unwrap();
+    }
+    encoder.commit(&mut many, 0, None).unwrap();
+    for odd in [0, 1] {
+        let ids: Vec<u32> = (0..500).map(|i| 2 * i + odd).collect();
+        encoder.remove_tracks(&mut many, &ids).unwrap();
+        encoder.commit(&mut many, 0, None).unwrap();
+    }
+    within(limits, 700 << 10, |decoder| {
+        assert_eq!(push(decoder, &many), Ok(()))
+    });
+
+    // Steady state of volumes: nothing is allocated, fill and visibility included.
+    for coding in [coding, probes::Coding::Packed(volumes::STEPS)] {
+        let mut room = volumes::Room::new(1, volumes::volume([5, 4, 3], 4, coding));
+        let mut out = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+        let mut ends = Vec::new();
+        for frame in 0..40 {
+            let coverage = match frame % 10 {
+                0 => Coverage::Keyframe,
+                _ => Coverage::Delta,
+            };
+            if frame % 10 == 0 {
+                encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+            }
+            if frame == 0 {
+                let track = std::slice::from_ref(&room.track);
+                encoder.tracks(&mut out, track).unwrap();
+            }
+            room.change(&mut random, 1 + frame as u32 % 7);
+            let compression = [Compression::None, Compression::Lz4, ZSTD][frame as usize % 3];
+            encoder
+                .probes(&mut out, coverage, &[room.update()], compression)
+                .unwrap();
+            encoder.commit(&mut out, frame, None).unwrap();
+            ends.push(out.len());
+        }
+        let mut decoder = Decoder::new(Limits::default());
+        for round in 0..2 {
+            decoder.reset();
+            let mut at = 0;
+            for (frame, &end) in ends.iter().enumerate() {
+                let calls = CALLS.load(Relaxed);
+                while at < end {
+                    let until = end.min(at + 1000);
+                    at += decoder.push(&out[at..until]).unwrap().0;
+                }
+                decoder.clear_dirty();
+                if round == 1 && frame > 0 {
+                    assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+                }
             }
         }
     }

@@ -115,12 +115,13 @@ fn wanted(room: &Room) -> ShownVolume {
             Some(d) => {
                 let near = |j: &usize| steps(i, *j) == 1 && distances[*j] == Some(d - 1);
                 let from: Vec<usize> = (0..count).filter(near).collect();
-                for v in 0..28 {
+                let filled = std::array::from_fn(|v| {
                     // Twenty-four bits below the point and sixteen above: exact.
                     let unit = |&j: &usize| f64::from(f32_from_f16(values[j][v])) * 16_777_216.0;
                     let sum: f64 = from.iter().map(unit).sum();
-                    values[i][v] = to_f16((sum / from.len() as f64).floor() / 16_777_216.0);
-                }
+                    to_f16((sum / from.len() as f64).floor() / 16_777_216.0)
+                });
+                values[i] = filled;
             }
         }
     }
@@ -300,7 +301,7 @@ fn small(coding: Coding, side: u8) -> (Vec<u8>, usize) {
         .unwrap();
     encoder.commit(&mut out, 1, None).unwrap();
     let of_probes = |&at: &usize| header(&out, at).record_type == record_type::PROBES;
-    let at = records(&out).into_iter().filter(of_probes).next_back();
+    let at = records(&out).into_iter().rfind(of_probes);
     (out.clone(), at.unwrap())
 }
 

@@ -2,9 +2,12 @@
 //! decoder, whatever cells it keeps content in.
 
 use std::fmt::Write as _;
+use std::hash::Hasher as _;
 
 use dapple_codec::points::{EMPTY, Grid, State};
+use dapple_codec::probes::{self, CODES, Coding, Steps, Volume};
 use dapple_codec::{Decoder, Event, GroupStart, LiveTrack, LookupSpace, Model};
+use twox_hash::XxHash64;
 
 /// The first line.
 pub const HEAD: &str = "dapple-dump 1\n";
@@ -40,6 +43,10 @@ fn track(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
     };
     let (model, coding) = match &track.model {
         Model::Points(_) => ("points", "cells"),
+        Model::Probes(volume) => match volume.coding {
+            Coding::Raw => ("probes", "raw"),
+            Coding::Packed(_) => ("probes", "packed"),
+        },
         _ => ("unknown", "unknown"),
     };
     let target = &track.target;
@@ -59,16 +66,20 @@ fn track(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
     out.push(' ');
     quoted(&target.path, out);
     out.push('\n');
-    if let Model::Points(grid) = &track.model {
-        parameters_of_points(track.id, grid, out);
+    match &track.model {
+        Model::Points(grid) => parameters_of_points(track.id, grid, out),
+        Model::Probes(volume) => parameters_of_probes(track.id, volume, out),
+        _ => {}
     }
     if let Some(transform) = &live.transform {
         let _ = write!(out, "transform {}", track.id);
         floats(transform.world_from_grid.as_flattened(), out);
         out.push('\n');
     }
-    if let Model::Points(grid) = &track.model {
-        buckets(decoder.points(), live, grid, out);
+    match &track.model {
+        Model::Points(grid) => buckets(decoder.points(), live, grid, out),
+        Model::Probes(volume) => probes(decoder.probes(), live, volume, out),
+        _ => {}
     }
 }
 
@@ -83,6 +94,66 @@ fn parameters_of_points(id: u32, grid: &Grid, out: &mut String) {
     floats(&[grid.cell_edge, grid.radius], out);
     floats(grid.grid_from_mesh.as_flattened(), out);
     out.push('\n');
+}
+
+fn parameters_of_probes(id: u32, volume: &Volume, out: &mut String) {
+    let [dx, dy, dz] = volume.dims;
+    let (exponent, side) = (volume.exponent, volume.visibility.side);
+    let _ = write!(out, "volume {id} {dx} {dy} {dz} {exponent} {side} ");
+    let steps = match volume.coding {
+        Coding::Raw => [0; 6],
+        Coding::Packed(Steps {
+            luma: [y0, y1, y2],
+            chroma: [c0, c1, c2],
+        }) => [y0, c0, y1, c1, y2, c2],
+    };
+    commas(steps, out, |step, out| write!(out, "{step}"));
+    floats(&volume.spacing, out);
+    floats(&[volume.visibility.range], out);
+    floats(volume.grid_from_mesh.as_flattened(), out);
+    out.push('\n');
+}
+
+/// Each present probe with its codes, and digests of what a client sees.
+fn probes(state: &probes::State, live: &LiveTrack, volume: &Volume, out: &mut String) {
+    let id = live.track.id;
+    for (index, probe) in state.probes_of(live).iter().enumerate() {
+        if probe.level == 0 {
+            continue;
+        }
+        let _ = write!(out, "probe {id} {index} {} ", probe.level);
+        let codes = probe.codes.map(|code| code as u16);
+        commas(codes, out, |code, out| write!(out, "{code:04x}"));
+        out.push('\n');
+    }
+    let texels = state.texels_of(live);
+    let count = volume.count();
+    let mut digest = XxHash64::with_seed(0);
+    for index in 0..count {
+        for value in 0..CODES {
+            let texel = texels[value / 4 * count + index];
+            digest.write(&texel[value % 4].to_le_bytes());
+        }
+    }
+    let _ = writeln!(out, "values {id} {:016x}", digest.finish());
+    if let Some(bytes) = state.visibility_of(live) {
+        let digest = XxHash64::oneshot(0, bytes);
+        let _ = writeln!(out, "visibility {id} {digest:016x}");
+    }
+}
+
+/// Items with commas between.
+fn commas<T>(
+    items: impl IntoIterator<Item = T>,
+    out: &mut String,
+    write: impl Fn(T, &mut String) -> std::fmt::Result,
+) {
+    for (at, item) in items.into_iter().enumerate() {
+        if at > 0 {
+            out.push(',');
+        }
+        let _ = write(item, out);
+    }
 }
 
 /// Each bucket that names a cell, with the cells in its order.

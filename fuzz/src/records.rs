@@ -107,7 +107,7 @@ fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         // A live one is declared again as it was, mostly.
         let known = live.binary_search_by_key(&id, |live| live.track.id).ok();
         let track = match known {
-            Some(at) if u.ratio(7, 8)? => live[at].track.clone(),
+            Some(at) if live[at].track.grid().is_some() && u.ratio(7, 8)? => live[at].track.clone(),
             _ => server::track(u, id)?,
         };
         id = id.wrapping_add(u.int_in_range(1..=3)?);
@@ -205,7 +205,9 @@ fn points(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         .iter()
         .filter(|live| ids.contains(&live.track.id))
     {
-        let grid = *live.track.grid().expect("points");
+        let Some(grid) = live.track.grid().copied() else {
+            continue;
+        };
         let old = |index: u32| match keyframe {
             true => Cell::FREE,
             false => decoder.points().cells_of(live)[index as usize],

@@ -1,5 +1,6 @@
 //! The payload of a `probes` record, written.
 
+use alloc::vec;
 use alloc::vec::Vec;
 
 use super::decode::HAS_VISIBILITY;
@@ -81,10 +82,8 @@ fn write_track(
         Coding::Packed(steps) => {
             let scales = Scales::new(&steps);
             all().try_for_each(|probe| packed::check_probe(&scales, probe))?;
-            let mut written = Vec::new();
-            written.resize(probes.len(), Probe::ABSENT);
-            let mut marks = Vec::new();
-            marks.resize(probes.len(), 0);
+            let mut written = vec![Probe::ABSENT; probes.len()];
+            let mut marks = vec![0; probes.len()];
             let mut contexts = contexts::initial();
             let mut writer = entropy::Writer::new(out, &mut contexts);
             let wanted = Some(probes);

@@ -135,7 +135,7 @@ fn values_are_those_of_the_formulas() {
         };
         for (group, step) in GROUPS.iter().zip(steps.flat()) {
             for code in &mut probe.codes[group.start..group.end] {
-                let range = 32768 / i32::from(step) >> (round % 7);
+                let range = (32768 / i32::from(step)) >> (round % 7);
                 *code = (draw(&mut state) as i32 % (range + 1)) as i16;
             }
         }

@@ -81,8 +81,8 @@ fn take_inline_modules(path: &str, items: &[Item], modules: &mut Crate) {
 struct Listing<'c> {
     modules: &'c Crate,
     lines: BTreeSet<String>,
-    /// Public types by name: the module of the definition, and the paths that lead to it.
-    types: BTreeMap<String, (String, Vec<String>)>,
+    /// Public types by the module of their definition and their name: the paths that lead to each.
+    types: BTreeMap<(String, String), Vec<String>>,
 }
 
 impl Listing<'_> {
@@ -188,16 +188,17 @@ impl Listing<'_> {
     }
 
     fn type_is_at(&mut self, module: &str, name: &str, path: &str) {
-        let known = self.types.entry(name.to_string());
-        let (home, paths) = known.or_insert_with(|| (module.to_string(), Vec::new()));
-        assert_eq!(home, module, "two public types are called {name}");
-        paths.push(path.to_string());
+        let known = self.types.entry((module.to_string(), name.to_string()));
+        known.or_default().push(path.to_string());
     }
 
     /// Methods, constants and traits of the public types.
     fn impls(&mut self) {
         let modules = self.modules;
-        for item in modules.values().flatten() {
+        let items = modules
+            .iter()
+            .flat_map(|(module, items)| items.iter().map(move |item| (module, item)));
+        for (module, item) in items {
             let Item::Impl(block) = item else { continue };
             let Type::Path(type_path) = &*block.self_ty else {
                 continue;
@@ -205,7 +206,11 @@ impl Listing<'_> {
             let Some(name) = type_path.path.segments.last() else {
                 continue;
             };
-            let Some((_, paths)) = self.types.get(&name.ident.to_string()) else {
+            let name = name.ident.to_string();
+            let Some((home, _)) = find(modules, module, &name) else {
+                continue;
+            };
+            let Some(paths) = self.types.get(&(home, name)) else {
                 continue;
             };
             for path in paths.clone() {

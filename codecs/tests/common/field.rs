@@ -4,6 +4,7 @@
 //! noise is that of few samples. Nothing here is tuned to the codec.
 #![allow(dead_code)]
 
+use std::f64::consts::PI;
 use std::vec::Vec;
 
 pub type Coefficients = [[f32; 3]; 9];
@@ -200,9 +201,9 @@ pub fn irradiance(coefficients: &Coefficients) -> impl Iterator<Item = [f64; 3]>
         let (s, c) = (f64::from(i) * 2.399963).sin_cos();
         let r = (1.0 - z * z).sqrt();
         let basis = basis([r * c, r * s, z]);
+        let (pi, third, quarter) = (PI, PI * 2.0 / 3.0, PI / 4.0);
         let lobe = [
-            3.141593, 2.094395, 2.094395, 2.094395, 0.785398, 0.785398, 0.785398, 0.785398,
-            0.785398,
+            pi, third, third, third, quarter, quarter, quarter, quarter, quarter,
         ];
         let mut sum = [0.0; 3];
         for (lm, rgb) in coefficients.iter().enumerate() {

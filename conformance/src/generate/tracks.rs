@@ -219,7 +219,7 @@ fn sizes(drafts: &mut Vec<Draft>) {
         at,
         "An entry of 12 bytes has an unknown model, which comes before what is missing.",
         |p| {
-            *p = words(&[1, 0, 12, 1, 2]);
+            *p = words(&[1, 0, 12, 1, 3]);
         },
     ));
     drafts.push(payload(
@@ -240,11 +240,11 @@ fn fields(drafts: &mut Vec<Draft>) {
             e.model = 0
         }),
         entry(
-            (2007, "track-model-two"),
+            (2007, "track-model-three"),
             &["C-071"],
             second,
-            "Model 2.",
-            |e| e.model = 2,
+            "Model 3.",
+            |e| e.model = 3,
         ),
         entry(
             (2007, "track-model-high-byte"),

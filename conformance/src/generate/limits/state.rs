@@ -92,7 +92,7 @@ pub fn track_counts(drafts: &mut Vec<Draft>) {
         with(tracks(&[
             Entry::new(3),
             Entry {
-                model: 2,
+                model: 3,
                 ..Entry::new(4)
             },
         ])),
@@ -216,7 +216,7 @@ pub fn state_bytes(drafts: &mut Vec<Draft>) {
             &[
                 Entry::new(3),
                 Entry {
-                    model: 2,
+                    model: 3,
                     ..Entry::new(4)
                 },
             ],

@@ -312,7 +312,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
         &["C-013", "C-116"],
         "A critical record of an unknown type is passed over, and its frame with it.",
         at::DELTA,
-        |h| h.record_type = 0x21,
+        |h| h.record_type = 0x22,
         1,
         &|at| format!("{FIRST}, error framing 1022 {at}, resume yes, {rest}"),
     );

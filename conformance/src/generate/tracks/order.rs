@@ -16,7 +16,7 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2007,
         "model-before-coding",
         "Model and coding are unknown.",
-        |e| (e.model, e.coding) = (2, 1),
+        |e| (e.model, e.coding) = (3, 1),
     );
     two(
         2008,
@@ -144,7 +144,7 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2010,
         "first-entry-before-second",
         "Bounds the wrong way round, then an unknown model.",
-        &|a, b| (a.aabb[0], b.model) = (9.0, 2),
+        &|a, b| (a.aabb[0], b.model) = (9.0, 3),
     );
     pair(
         2017,
