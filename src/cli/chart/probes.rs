@@ -31,6 +31,8 @@ use std::time::Instant;
 
 /// Samples of the reference that a pass adds to each half.
 const PASS: u32 = 16;
+/// Frames that the baseline runs before the frames that are counted.
+const WARM_UP: u32 = 32;
 /// Factor on radiance before the tone curve.
 const EXPOSURE: f32 = 1.0;
 
@@ -233,7 +235,7 @@ fn settle_ddgi(
     request: &Request,
     bar: &Progress,
 ) -> (Ddgi, f64) {
-    let mut ddgi = Ddgi::new(ddgi::Options {
+    let options = ddgi::Options {
         origin: place.origin,
         spacing: place.lattice.spacing,
         dims: UVec3::from(place.lattice.dims.map(u32::from)),
@@ -241,11 +243,22 @@ fn settle_ddgi(
         hysteresis: request.server.hysteresis.share(),
         cull_back_faces: true,
         seed: request.server.seed,
+    };
+    let arrive = |origin, direction| ddgi_end(paths, origin, direction, true);
+    // Each bounce needs as many frames as the one before. Forgetting fast at first, all of them are
+    // there before the frames that count.
+    let mut ddgi = Ddgi::new(ddgi::Options {
+        hysteresis: 0.6,
+        ..options
     });
+    for _ in 0..WARM_UP {
+        ddgi.update(arrive);
+    }
+    ddgi.set_hysteresis(options.hysteresis);
     let frames = request.settle.max(1);
     let clock = Instant::now();
     for _ in 0..frames {
-        ddgi.update(|origin, direction| ddgi_end(paths, origin, direction, true));
+        ddgi.update(arrive);
         bar.step(1);
     }
     let ms = clock.elapsed().as_secs_f64() * 1e3 / f64::from(frames);

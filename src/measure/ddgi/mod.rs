@@ -93,6 +93,11 @@ impl Ddgi {
         &self.options
     }
 
+    /// Keeps another share of the old values from now on.
+    pub fn set_hysteresis(&mut self, share: f32) {
+        self.options.hysteresis = share;
+    }
+
     /// Bytes of a probe as the method keeps it: 64 texels of RGB10A2 and 256 of two f16 (§4 of
     /// DDISH-GI: "a minimum of 1280 bytes").
     pub const BYTES: usize =
