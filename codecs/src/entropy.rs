@@ -12,42 +12,35 @@ const TOP: u32 = 1 << 24;
 /// Bytes of `code`, all of which a decoder reads before the first bit.
 const CODE_BYTES: usize = 4;
 
-/// How probable a bit of one sort is to be 0: the mean of an estimate that follows quickly and one
-/// that follows slowly, 16 bits each.
+/// How probable a bit of one sort is to be 0, in units of 2^-16.
 ///
-/// Neither reaches an end: of the shifts below, `p -= p >> shift` leaves `p` as it is from
-/// `2^shift - 1` down, and likewise at the other end. So the mean is 71 to 65465, and a range of
-/// 2^24 or more is split into two parts that are both above 0.
+/// It never reaches an end: `p -= p >> SHIFT` leaves `p` as it is from `2^SHIFT - 1` down, and
+/// likewise at the other end. So it is 31 to 65505, and a range of 2^24 or more is split into two
+/// parts that are both above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Context {
-    quick: u16,
-    slow: u16,
-}
+pub(crate) struct Context(u16);
 
-/// Shifts of the two estimates.
-const QUICK: u32 = 4;
-const SLOW: u32 = 7;
+/// How slowly a probability follows. In probes the mean of two, of shifts 4 and 7, took 0.4 % fewer
+/// bytes; so did a shift of 6, which learns more slowly what the start did not know.
+const SHIFT: u32 = 5;
 
 impl Context {
     /// A context that starts at a probability in 1/256, above 0.
     pub(crate) const fn new(probability: u8) -> Context {
-        let p = (probability as u16) << 8 | 128;
-        Context { quick: p, slow: p }
+        Context((probability as u16) << 8 | 128)
     }
 
     #[inline(always)]
     fn probability(self) -> u32 {
-        (u32::from(self.quick) + u32::from(self.slow)) >> 1
+        self.0.into()
     }
 
     #[inline(always)]
     fn adapt(&mut self, bit: bool) {
-        for (p, shift) in [(&mut self.quick, QUICK), (&mut self.slow, SLOW)] {
-            // Towards 65536 after a 0, towards 0 after a 1.
-            let up = ((65536 - u32::from(*p)) >> shift) as u16;
-            let down = *p >> shift;
-            *p = if bit { *p - down } else { *p + up };
-        }
+        // Towards 65536 after a 0, towards 0 after a 1.
+        let up = ((65536 - u32::from(self.0)) >> SHIFT) as u16;
+        let down = self.0 >> SHIFT;
+        self.0 = if bit { self.0 - down } else { self.0 + up };
     }
 }
 
@@ -284,7 +277,7 @@ mod tests {
                     assert_eq!(code(&mut reader, &unknown), bits);
                     assert_eq!(reader.end(Fault::ProbesEntropy), Ok(()));
                     assert_eq!(bytes[0], 7, "a carry left its bytes");
-                    // Entropy, plus what two estimates that never rest waste, plus the start.
+                    // Entropy, plus what an estimate that never rests wastes, plus the start.
                     let entropy = |one: u32| {
                         let p = f64::from(one) / 65536.0;
                         let h = |p: f64| if p > 0.0 { -p * p.log2() } else { 0.0 };
@@ -346,14 +339,14 @@ mod tests {
                 let mut context = Context::new(initial);
                 for _ in 0..100_000 {
                     context.adapt(bit);
-                    assert!((71..=65_465).contains(&context.probability()));
+                    assert!((31..=65_505).contains(&context.probability()));
                 }
             }
         }
         let mut context = Context::new(128);
         (0..100_000).for_each(|_| context.adapt(true));
-        assert_eq!(context.probability(), (15 + 127) / 2);
+        assert_eq!(context.probability(), 31);
         (0..100_000).for_each(|_| context.adapt(false));
-        assert_eq!(context.probability(), (65_521 + 65_409) / 2);
+        assert_eq!(context.probability(), 65_505);
     }
 }

@@ -302,7 +302,7 @@ fn fields_of_records() {
     track_case(2001, malformed, &|p| put(p, 0, 2));
     track_case(2001, malformed, &|p| put(p, 8, 4));
     track_case(2002, malformed, &|p| put(p, 4, 1));
-    track_case(2007, unsupported, &|p| p[16] = 2);
+    track_case(2007, unsupported, &|p| p[16] = 3);
     track_case(2008, unsupported, &|p| p[18] = 1);
     track_case(2020, unsupported, &|p| p[20] = 2);
     track_case(2002, malformed, &|p| p[21] = 2);
