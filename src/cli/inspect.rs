@@ -10,7 +10,9 @@ use super::stream::{self, FaultReport, Outcome};
 use super::{output, tell};
 use crate::Result;
 use crate::codec::container::CONTAINER_VERSION;
-use crate::codec::{Decoder, Event, LiveTrack, LookupSpace};
+use crate::codec::points::Grid;
+use crate::codec::probes::{Coding, Volume};
+use crate::codec::{Decoder, Event, LiveTrack, LookupSpace, Model};
 
 mod frames;
 mod sparkline;
@@ -67,19 +69,41 @@ struct TypeReport {
 #[derive(Debug, Serialize)]
 struct TrackReport {
     id: u32,
-    model: &'static str,
     application_id: u64,
     path: String,
     space: &'static str,
     dims: [u16; 3],
-    cell_edge: f32,
-    radius: f32,
-    point_bits: u32,
-    buckets: u32,
-    cell_capacity: u32,
-    /// Cells and points that a lookup can reach.
-    cells: u64,
-    points: u64,
+    #[serde(flatten)]
+    model: ModelReport,
+}
+
+/// What a model says of a track.
+#[derive(Debug, Serialize)]
+#[serde(tag = "model", rename_all = "lowercase")]
+enum ModelReport {
+    Points {
+        cell_edge: f32,
+        radius: f32,
+        point_bits: u32,
+        buckets: u32,
+        cell_capacity: u32,
+        /// Cells and points that a lookup can reach.
+        cells: u64,
+        points: u64,
+    },
+    Probes {
+        coding: &'static str,
+        spacing: [f32; 3],
+        exponent: i8,
+        /// Texels a side of the visibility block, and whether it has come.
+        visibility_side: u8,
+        has_visibility: bool,
+        probes: u64,
+        /// Those that are not absent.
+        present: u64,
+    },
+    /// Of a later version of the library.
+    Unknown,
 }
 
 /// Runs the command. A stream with a fault is reported up to it, with exit code 1; one that stops
@@ -142,7 +166,7 @@ impl Report {
             tracks: decoder
                 .tracks()
                 .iter()
-                .filter_map(|live| TrackReport::new(decoder, live))
+                .map(|live| TrackReport::new(decoder, live))
                 .collect(),
             ended: outcome.ended,
             fault: outcome.fault.as_ref().map(FaultReport::new),
@@ -151,35 +175,61 @@ impl Report {
 }
 
 impl TrackReport {
-    fn new(decoder: &Decoder, live: &LiveTrack) -> Option<TrackReport> {
+    fn new(decoder: &Decoder, live: &LiveTrack) -> TrackReport {
         let track = &live.track;
-        let grid = track.grid()?;
-        let (mut cells, mut points) = (0, 0);
-        let state = decoder.points();
-        for bucket in state.buckets_of(live) {
-            for cell in state.cells_in(live, bucket) {
-                cells += 1;
-                points += cell.points.iter().filter(|&&point| point != 0).count() as u64;
-            }
-        }
-        Some(TrackReport {
+        let (dims, model) = match &track.model {
+            Model::Points(grid) => (grid.dims, of_points(decoder, live, grid)),
+            Model::Probes(volume) => (volume.dims, of_probes(decoder, live, volume)),
+            _ => ([0; 3], ModelReport::Unknown),
+        };
+        TrackReport {
             id: track.id,
-            model: "points",
             application_id: track.target.application_id,
             path: track.target.path.clone(),
             space: match track.space {
                 LookupSpace::Mesh => "mesh",
                 LookupSpace::Rest => "rest",
             },
-            dims: grid.dims,
-            cell_edge: grid.cell_edge,
-            radius: grid.radius,
-            point_bits: grid.widths.bits(),
-            buckets: grid.bucket_count,
-            cell_capacity: grid.cell_capacity,
-            cells,
-            points,
-        })
+            dims,
+            model,
+        }
+    }
+}
+
+fn of_points(decoder: &Decoder, live: &LiveTrack, grid: &Grid) -> ModelReport {
+    let (mut cells, mut points) = (0, 0);
+    let state = decoder.points();
+    for bucket in state.buckets_of(live) {
+        for cell in state.cells_in(live, bucket) {
+            cells += 1;
+            points += cell.points.iter().filter(|&&point| point != 0).count() as u64;
+        }
+    }
+    ModelReport::Points {
+        cell_edge: grid.cell_edge,
+        radius: grid.radius,
+        point_bits: grid.widths.bits(),
+        buckets: grid.bucket_count,
+        cell_capacity: grid.cell_capacity,
+        cells,
+        points,
+    }
+}
+
+fn of_probes(decoder: &Decoder, live: &LiveTrack, volume: &Volume) -> ModelReport {
+    let state = decoder.probes();
+    let present = state.probes_of(live).iter().filter(|p| p.level > 0);
+    ModelReport::Probes {
+        coding: match volume.coding {
+            Coding::Raw => "raw",
+            Coding::Packed(_) => "packed",
+        },
+        spacing: volume.spacing,
+        exponent: volume.exponent,
+        visibility_side: volume.visibility.side,
+        has_visibility: state.visibility_of(live).is_some(),
+        probes: volume.count() as u64,
+        present: present.count() as u64,
     }
 }
 

@@ -1,6 +1,6 @@
 //! The report of `dapple inspect` as text.
 
-use super::{Report, TrackReport, ratio};
+use super::{ModelReport, Report, TrackReport, ratio};
 use crate::cli::output;
 use crate::cli::records::RecordTotal;
 use crate::codec::container::{HEADER_BYTES, PREAMBLE_BYTES};
@@ -129,45 +129,14 @@ impl Report {
     }
 
     fn track_table(&self) -> String {
-        let names = [
-            "track",
-            "space",
-            "grid",
-            "radius (m)",
-            "bits",
-            "buckets",
-            "cells",
-            "points",
-        ];
-        let mut rows = vec![names.map(String::from).to_vec()];
-        for t in self.tracks.iter().take(LISTED_TRACKS) {
-            let [dx, dy, dz] = t.dims;
-            let path: String = t.path.chars().filter(|c| !c.is_control()).collect();
-            rows.push(vec![
-                format!("{} {path}", t.id),
-                t.space.to_string(),
-                format!("{dx}x{dy}x{dz}"),
-                format!("{:.4}", t.radius),
-                t.point_bits.to_string(),
-                t.buckets.to_string(),
-                t.cells.to_string(),
-                t.points.to_string(),
-            ]);
-        }
-        let sum = |f: fn(&TrackReport) -> u64| self.tracks.iter().map(f).sum::<u64>().to_string();
-        rows.push(vec![
-            format!("{} in all", self.tracks.len()),
-            String::new(),
-            String::new(),
-            String::new(),
-            String::new(),
-            sum(|t| u64::from(t.buckets)),
-            sum(|t| t.cells),
-            sum(|t| t.points),
-        ]);
-        let mut text = output::columns(&rows);
-        if self.tracks.len() > LISTED_TRACKS {
-            let more = self.tracks.len() - LISTED_TRACKS;
+        let mut text = self.points_table() + &self.probes_table();
+        let points = |t: &&TrackReport| matches!(t.model, ModelReport::Points { .. });
+        let points = self.tracks.iter().filter(points).count();
+        let more = [points, self.tracks.len() - points]
+            .map(|count| count.saturating_sub(LISTED_TRACKS))
+            .iter()
+            .sum::<usize>();
+        if more > 0 {
             text += &format!("{more} tracks more: --json lists them all\n");
         }
         if self.tracks_removed > 0 {
@@ -177,6 +146,116 @@ impl Report {
             );
         }
         text
+    }
+
+    fn points_table(&self) -> String {
+        let names = [
+            "points track",
+            "space",
+            "grid",
+            "radius (m)",
+            "bits",
+            "buckets",
+            "cells",
+            "points",
+        ];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        let mut sums = [0; 3];
+        let mut count = 0;
+        for t in &self.tracks {
+            let ModelReport::Points {
+                radius,
+                point_bits,
+                buckets,
+                cells,
+                points,
+                ..
+            } = t.model
+            else {
+                continue;
+            };
+            count += 1;
+            for (sum, more) in sums.iter_mut().zip([buckets.into(), cells, points]) {
+                *sum += more;
+            }
+            if count <= LISTED_TRACKS {
+                rows.push(vec![
+                    t.name(),
+                    t.space.to_string(),
+                    t.grid(),
+                    format!("{radius:.4}"),
+                    point_bits.to_string(),
+                    buckets.to_string(),
+                    cells.to_string(),
+                    points.to_string(),
+                ]);
+            }
+        }
+        let mut last = vec![format!("{count} in all")];
+        last.resize(5, String::new());
+        last.extend(sums.map(|sum: u64| sum.to_string()));
+        rows.push(last);
+        match count == 0 && !self.tracks.is_empty() {
+            true => String::new(),
+            false => output::columns(&rows),
+        }
+    }
+
+    fn probes_table(&self) -> String {
+        let names = [
+            "probes track",
+            "coding",
+            "volume",
+            "spacing (m)",
+            "visibility",
+            "probes",
+            "present",
+        ];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        for t in &self.tracks {
+            let ModelReport::Probes {
+                coding,
+                spacing: [x, y, z],
+                visibility_side: side,
+                has_visibility,
+                probes,
+                present,
+                ..
+            } = t.model
+            else {
+                continue;
+            };
+            if rows.len() <= LISTED_TRACKS {
+                rows.push(vec![
+                    t.name(),
+                    coding.to_string(),
+                    t.grid(),
+                    format!("{x:.2}, {y:.2}, {z:.2}"),
+                    match has_visibility {
+                        true => format!("{side}x{side}"),
+                        false => "none".to_string(),
+                    },
+                    probes.to_string(),
+                    present.to_string(),
+                ]);
+            }
+        }
+        match rows.len() {
+            1 => String::new(),
+            _ => output::columns(&rows),
+        }
+    }
+}
+
+impl TrackReport {
+    fn name(&self) -> String {
+        let path: String = self.path.chars().filter(|c| !c.is_control()).collect();
+        format!("{} {path}", self.id)
+    }
+
+    fn grid(&self) -> String {
+        let [x, y, z] = self.dims;
+        format!("{x}x{y}x{z}")
     }
 }
 
