@@ -84,7 +84,7 @@ impl Lit {
 pub struct Timings {
     /// Uploading pixels, lights and probes; on the CPU decoding f16.
     pub upload: Duration,
-    /// Drawing or tracing the shadow maps.
+    /// Drawing those shadow maps that changed since the last call, or tracing all of them.
     pub shadows: Duration,
     pub direct: Duration,
     pub indirect: Duration,

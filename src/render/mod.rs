@@ -4,7 +4,8 @@
 //! [`Renderer`] draws with a graphics device where there is one and with primary rays otherwise.
 //! Both only find out which triangle each pixel sees ([`gbuffer::Visibility`]); the rest is shared,
 //! so that the pictures are the same. AO is one value a pixel, at its centre, multiplied onto
-//! colour that is supersampled four times (PSAO §4.1).
+//! colour that is supersampled four times (PSAO §4.1). [`Renderer::lit`] is all light of a picture by
+//! its parts: [`shadow`] maps and [`light`] on the device or its twin, one value a pixel.
 
 pub mod composite;
 pub mod gbuffer;

@@ -4,9 +4,10 @@
 use super::{Face, Plan, Projection, ROUNDING};
 use crate::render::gpu::Gpu;
 use crate::render::raster::{self, Raster};
-use crate::scene::Pose;
+use crate::scene::{Deformed, Pose};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use glam::Affine3A;
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -42,10 +43,25 @@ impl From<&Face> for GpuFace {
     }
 }
 
-/// Draws the maps and keeps their texture from call to call.
+/// Draws the maps and keeps them from call to call: a face is drawn again when it or the scene has
+/// moved.
 pub struct ShadowPass {
     pipeline: wgpu::RenderPipeline,
     maps: Option<wgpu::Texture>,
+    /// What the maps show.
+    shown: Option<Shown>,
+}
+
+struct Shown {
+    faces: Vec<Face>,
+    world_from_mesh: Vec<Affine3A>,
+    deformed: Vec<Option<Deformed>>,
+}
+
+impl Shown {
+    fn same_scene(&self, pose: &Pose) -> bool {
+        self.world_from_mesh == pose.world_from_mesh && self.deformed == pose.deformed
+    }
 }
 
 impl ShadowPass {
@@ -84,10 +100,12 @@ impl ShadowPass {
         Ok(ShadowPass {
             pipeline,
             maps: None,
+            shown: None,
         })
     }
 
-    /// Draws all faces; returns the maps, a layer each (one blank layer where there is no face).
+    /// Brings all faces up to date; returns the maps, a layer each (one blank layer where there is no
+    /// face). The scene is always the same.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
@@ -95,10 +113,15 @@ impl ShadowPass {
         pose: &Pose,
         plan: &Plan,
     ) -> Result<&wgpu::Texture> {
+        let (maps, kept) = Self::sized(&mut self.maps, gpu, plan)?;
+        let shown = self.shown.take().filter(|s| kept && s.same_scene(pose));
+        let drawn: &[Face] = shown.as_ref().map_or(&[], |s| &s.faces);
         raster.place(gpu, pose)?;
-        let maps = Self::sized(&mut self.maps, gpu, plan)?;
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         for (layer, face) in (0..).zip(&plan.faces) {
+            if drawn.get(layer as usize) == Some(face) {
+                continue;
+            }
             let matrix = face.clip_from_world().to_cols_array();
             let camera = gpu.uniform("light", bytemuck::cast_slice(&matrix));
             let bindings = raster.seen_by(gpu, &self.pipeline, &camera);
@@ -126,14 +149,26 @@ impl ShadowPass {
         }
         gpu.queue.submit([commands.finish()]);
         gpu.check()?;
+        self.shown = Some(match shown {
+            Some(shown) => Shown {
+                faces: plan.faces.clone(),
+                ..shown
+            },
+            None => Shown {
+                faces: plan.faces.clone(),
+                world_from_mesh: pose.world_from_mesh.clone(),
+                deformed: pose.deformed.clone(),
+            },
+        });
         Ok(maps)
     }
 
+    /// A texture for the plan, and whether it is that of the last call.
     fn sized<'a>(
         slot: &'a mut Option<wgpu::Texture>,
         gpu: &Gpu,
         plan: &Plan,
-    ) -> Result<&'a wgpu::Texture> {
+    ) -> Result<(&'a wgpu::Texture, bool)> {
         let layers = (plan.faces.len() as u32).max(1);
         let limits = gpu.device.limits();
         if layers > limits.max_texture_array_layers || plan.side > limits.max_texture_dimension_2d {
@@ -150,8 +185,9 @@ impl ShadowPass {
             height: plan.side,
             depth_or_array_layers: layers,
         };
-        let kept = slot.take().filter(|maps| maps.size() == size);
-        let maps = kept.unwrap_or_else(|| {
+        let last = slot.take().filter(|maps| maps.size() == size);
+        let kept = last.is_some();
+        let maps = last.unwrap_or_else(|| {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("shadow maps"),
                 size,
@@ -165,7 +201,7 @@ impl ShadowPass {
                 view_formats: &[],
             })
         });
-        Ok(slot.insert(maps))
+        Ok((slot.insert(maps), kept))
     }
 }
 

@@ -237,3 +237,30 @@ fn a_plane_does_not_shade_itself() {
         }
     }
 }
+
+/// Maps that are kept are those that would be drawn.
+#[test]
+fn what_moves_is_drawn_again() {
+    let Some(gpu) = gpu::for_test() else { return };
+    let (scene, pose) = lamps();
+    let raster = Raster::new(&gpu, &scene, &pose).unwrap();
+    let mut kept = device::ShadowPass::new(&gpu).unwrap();
+    let mut lamp_moves = pose.clone();
+    lamp_moves.lights[2].position.x += 0.3;
+    let mut box_moves = lamp_moves.clone();
+    box_moves.world_from_mesh[1].translation.y += 0.2;
+    let mut sheet_bends = bent(&scene, -0.4);
+    sheet_bends.lights = pose.lights.clone();
+    let mut last = Vec::new();
+    for pose in [&pose, &lamp_moves, &box_moves, &sheet_bends, &pose] {
+        let plan = plan(&scene, pose, 64);
+        let draw = |pass: &mut device::ShadowPass| {
+            let maps = pass.draw(&gpu, &raster, pose, &plan).unwrap();
+            device::read(&gpu, maps).unwrap()
+        };
+        let maps = draw(&mut kept);
+        assert!(maps == draw(&mut device::ShadowPass::new(&gpu).unwrap()));
+        assert!(maps != last);
+        last = maps;
+    }
+}
