@@ -52,6 +52,9 @@ pub struct Fragment {
     pub base_color: Vec3,
     /// Linear radiance.
     pub emissive: Vec3,
+    /// Perceptual, 0 to 1.
+    pub roughness: f32,
+    pub metallic: f32,
 }
 
 impl Fragment {
@@ -67,6 +70,8 @@ impl Fragment {
         lookup_normal: Vec3::ZERO,
         base_color: Vec3::ZERO,
         emissive: Vec3::ZERO,
+        roughness: 1.0,
+        metallic: 0.0,
     };
 }
 
@@ -165,6 +170,8 @@ pub fn fragment(
         lookup_normal: lookup_normal * side,
         base_color: surface.base_color,
         emissive: surface.emissive,
+        roughness: surface.roughness,
+        metallic: surface.metallic,
     }
 }
 

@@ -4,16 +4,20 @@
 //! [`Renderer`] draws with a graphics device where there is one and with primary rays otherwise.
 //! Both only find out which triangle each pixel sees ([`gbuffer::Visibility`]); the rest is shared,
 //! so that the pictures are the same. AO is one value a pixel, at its centre, multiplied onto
-//! colour that is supersampled four times (PSAO §4.1).
+//! colour that is supersampled four times (PSAO §4.1). [`Renderer::lit`] is all light of a picture by
+//! its parts: [`shadow`] maps and [`light`] on the device or its twin, one value a pixel.
 
 pub mod composite;
 pub mod gbuffer;
 pub mod gpu;
 pub mod image;
+pub mod light;
 pub mod path;
 pub mod points;
+pub mod probes;
 pub mod raster;
 pub mod shade;
+pub mod shadow;
 pub mod tone;
 pub mod view;
 
@@ -21,14 +25,18 @@ use crate::points::client::PointsState;
 use crate::points::sample::Fallback;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
+use crate::trace::path::Sky;
 use crate::{Error, Result};
 pub use gbuffer::Lookup;
 use gbuffer::{GBuffer, Visibility};
 use gpu::Gpu;
 pub use image::Picture;
+use light::device::LightPass;
+use light::{Lit, Source, Timings};
 use points::{PointsAo, PointsPass};
 use raster::Raster;
 use shade::{SUBPIXELS, Shade};
+use shadow::device::ShadowPass;
 use view::View;
 
 /// Most pixels along a side of a picture.
@@ -72,6 +80,8 @@ struct Device {
     gpu: Gpu,
     raster: Raster,
     points: PointsPass,
+    shadows: ShadowPass,
+    light: LightPass,
 }
 
 enum Machine<'s> {
@@ -105,6 +115,8 @@ impl<'s> Renderer<'s> {
         Ok(Renderer {
             scene,
             machine: Machine::Gpu(Box::new(Device {
+                shadows: ShadowPass::new(&gpu)?,
+                light: LightPass::new(&gpu)?,
                 gpu,
                 raster,
                 points,
@@ -158,6 +170,63 @@ impl<'s> Renderer<'s> {
         Ok(GBuffer::resolve(self.scene, pose, lookup, &view, &seen))
     }
 
+    /// The light of a picture: punctual lights through shadow maps of `shadow_side` texels a side
+    /// (usually [`shadow::SIDE`]), and indirect light from `source`. `gbuffer` is what `camera`
+    /// sees of `pose`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a source or pose that does not fit, [`Error::Gpu`] for what the device
+    /// cannot do.
+    pub fn lit(
+        &mut self,
+        gbuffer: &GBuffer,
+        pose: &Pose,
+        camera: &CameraPose,
+        sky: &Sky,
+        source: &Source,
+        shadow_side: u32,
+    ) -> Result<(Lit, Timings)> {
+        self.check(pose)?;
+        light::check(gbuffer, source)?;
+        let mut timings = Timings::default();
+        let view = View::new(camera, gbuffer.width, gbuffer.height);
+        let eye = camera.eye();
+        let pixels = light::pixels(gbuffer, source);
+        let bounds = self.scene.bounds(pose).unwrap_or_default();
+        let plan = shadow::Plan::new(pose, bounds, shadow_side);
+        let clock = std::time::Instant::now();
+        let (direct, indirect) = match &mut self.machine {
+            Machine::Gpu(d) => {
+                let maps = d.shadows.draw(&d.gpu, &d.raster, pose, &plan)?;
+                light::device::wait(&d.gpu)?;
+                timings.shadows = clock.elapsed();
+                let view = light::device::View {
+                    pixels: &pixels,
+                    width: gbuffer.width,
+                    eye,
+                };
+                let shadows = (&plan, maps);
+                d.light
+                    .light(&d.gpu, &view, &pose.lights, shadows, source, &mut timings)?
+            }
+            Machine::Cpu { tracer } => {
+                let tracer = stand(tracer, self.scene, pose);
+                let maps = shadow::trace(plan, tracer);
+                timings.shadows = clock.elapsed();
+                light::on_cpu(&pixels, eye, pose, &maps, source, &mut timings)
+            }
+        };
+        let lit = Lit {
+            width: gbuffer.width,
+            height: gbuffer.height,
+            direct,
+            diffuse: indirect.iter().map(|i| i.diffuse).collect(),
+            glossy: indirect.iter().map(|i| i.glossy).collect(),
+            emitted: light::emitted(gbuffer, &view, sky),
+        };
+        Ok((lit, timings))
+    }
+
     fn check(&self, pose: &Pose) -> Result<()> {
         let instances = self.scene.instances.len();
         if pose.world_from_mesh.len() == instances && pose.deformed.len() == instances {
@@ -181,13 +250,7 @@ impl<'s> Renderer<'s> {
         match &mut self.machine {
             Machine::Gpu(d) => d.raster.draw(&d.gpu, pose, view),
             Machine::Cpu { tracer } => {
-                let tracer = match tracer {
-                    Some(tracer) => {
-                        tracer.update(pose);
-                        tracer
-                    }
-                    None => tracer.insert(Box::new(Tracer::new(self.scene, pose))),
-                };
+                let tracer = stand(tracer, self.scene, pose);
                 Ok(Visibility::trace(self.scene, pose, tracer, view))
             }
         }
@@ -204,6 +267,21 @@ impl<'s> Renderer<'s> {
             Machine::Gpu(d) => d.points.ao(&d.gpu, gbuffer, state, fallback),
             Machine::Cpu { .. } => points::ao_on_cpu(gbuffer, state, fallback),
         }
+    }
+}
+
+/// The tracer of the scene, at a pose.
+fn stand<'t, 's>(
+    tracer: &'t mut Option<Box<Tracer<'s>>>,
+    scene: &'s Scene,
+    pose: &Pose,
+) -> &'t Tracer<'s> {
+    match tracer {
+        Some(tracer) => {
+            tracer.update(pose);
+            tracer
+        }
+        None => tracer.insert(Box::new(Tracer::new(scene, pose))),
     }
 }
 

@@ -54,8 +54,9 @@ pub struct Raster {
     places: Vec<Place>,
     /// First of an instance's own posed vertices; `None` draws the mesh's.
     posed: Vec<Option<u32>>,
-    instances: wgpu::Buffer,
-    positions: wgpu::Buffer,
+    /// Instances, positions, texture coordinates, triangles, materials, masks: what a binding of
+    /// the scene holds beside its camera.
+    buffers: [wgpu::Buffer; 6],
     camera: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     target: Option<Target>,
@@ -122,26 +123,43 @@ impl Raster {
         let alphas = gpu.storage("masks", &alphas)?;
         let camera = gpu.uniform("camera", &[0; 64]);
         let pipeline = pipeline(gpu);
-        let buffers = [
-            &camera, &instances, &positions, &uvs, &triangles, &materials, &alphas,
-        ];
-        let bindings = gpu.bind(&pipeline.get_bind_group_layout(0), &buffers);
+        let buffers = [instances, positions, uvs, triangles, materials, alphas];
+        let bindings = bind(gpu, &pipeline, &camera, &buffers);
         gpu.check()?;
         Ok(Raster {
             pipeline,
             places,
             posed,
-            instances,
-            positions,
+            buffers,
             camera,
             bindings,
             target: None,
         })
     }
 
+    /// The scene as a camera (`clip_from_world`) of another pipeline over `raster.wgsl` sees it.
+    pub(super) fn seen_by(
+        &self,
+        gpu: &Gpu,
+        pipeline: &wgpu::RenderPipeline,
+        camera: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        bind(gpu, pipeline, camera, &self.buffers)
+    }
+
+    /// Draws every instance with the pipeline and bindings that are set.
+    pub(super) fn draw_instances(&self, pass: &mut wgpu::RenderPass) {
+        for (i, place) in (0..).zip(&self.places) {
+            pass.draw(0..place.triangles * 3, i..i + 1);
+        }
+    }
+
     /// Draws the scene at a pose and reads back what each pixel sees.
     pub fn draw(&mut self, gpu: &Gpu, pose: &Pose, view: &View) -> Result<Visibility> {
-        self.upload(gpu, pose, view)?;
+        self.place(gpu, pose)?;
+        let camera = view.clip_from_world().to_cols_array();
+        gpu.queue
+            .write_buffer(&self.camera, 0, bytemuck::cast_slice(&camera));
         self.resize(gpu, view.width, view.height)?;
         let Some(target) = &self.target else {
             return Err(Error::Gpu(format!("{}: no target to draw to", gpu.name())));
@@ -171,9 +189,7 @@ impl Raster {
             });
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &self.bindings, &[]);
-            for (i, place) in (0..).zip(&self.places) {
-                pass.draw(0..place.triangles * 3, i..i + 1);
-            }
+            self.draw_instances(&mut pass);
         }
         commands.copy_texture_to_buffer(
             target.color.as_image_copy(),
@@ -201,7 +217,9 @@ impl Raster {
         })
     }
 
-    fn upload(&self, gpu: &Gpu, pose: &Pose, view: &View) -> Result<()> {
+    /// Uploads transforms and posed vertices.
+    pub(super) fn place(&self, gpu: &Gpu, pose: &Pose) -> Result<()> {
+        let [instance_buffer, positions, ..] = &self.buffers;
         let mut instances = Vec::with_capacity(self.places.len());
         for (i, (place, posed)) in self.places.iter().zip(&self.posed).enumerate() {
             let (Some(m), deformed) = (pose.world_from_mesh.get(i), pose.deformed.get(i)) else {
@@ -213,7 +231,7 @@ impl Raster {
             if let Some((deformed, first)) = vertices {
                 let bytes = bytemuck::cast_slice(&deformed.positions);
                 gpu.queue
-                    .write_buffer(&self.positions, u64::from(first) * 12, bytes);
+                    .write_buffer(positions, u64::from(first) * 12, bytes);
             }
             let columns = [
                 m.matrix3.x_axis,
@@ -230,10 +248,7 @@ impl Raster {
             });
         }
         gpu.queue
-            .write_buffer(&self.instances, 0, bytemuck::cast_slice(&instances));
-        let camera = view.clip_from_world().to_cols_array();
-        gpu.queue
-            .write_buffer(&self.camera, 0, bytemuck::cast_slice(&camera));
+            .write_buffer(instance_buffer, 0, bytemuck::cast_slice(&instances));
         Ok(())
     }
 
@@ -360,13 +375,29 @@ fn wrap(mode: Wrap) -> u32 {
     }
 }
 
-fn pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
-    let module = gpu
-        .device
+fn bind(
+    gpu: &Gpu,
+    pipeline: &wgpu::RenderPipeline,
+    camera: &wgpu::Buffer,
+    [instances, positions, uvs, triangles, materials, alphas]: &[wgpu::Buffer; 6],
+) -> wgpu::BindGroup {
+    let buffers = [
+        camera, instances, positions, uvs, triangles, materials, alphas,
+    ];
+    gpu.bind(&pipeline.get_bind_group_layout(0), &buffers)
+}
+
+/// `raster.wgsl`.
+pub(super) fn module(gpu: &Gpu) -> wgpu::ShaderModule {
+    gpu.device
         .create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("raster.wgsl"),
             source: wgpu::ShaderSource::Wgsl(include_str!("raster.wgsl").into()),
-        });
+        })
+}
+
+fn pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
+    let module = module(gpu);
     gpu.device
         .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("visibility"),

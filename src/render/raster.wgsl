@@ -107,3 +107,12 @@ fn seen(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec2u {
     }
     return vec2u(in.id.x + 1u, in.id.y);
 }
+
+// Nothing but depth, of both sides of a surface: what a shadow map sees.
+@fragment
+fn covers(in: Corner) {
+    let m = materials[in.id.z];
+    if (m.flags & MASKED) != 0u && is_hole(m, in.uv) {
+        discard;
+    }
+}

@@ -66,7 +66,7 @@ fn open_box(material: u32) -> Mesh {
 }
 
 /// Floor, boxes (plain, mirrored, squeezed), a mask, a pane of glass and a deformed sheet.
-fn scene() -> Scene {
+pub(super) fn scene() -> Scene {
     let material = |alpha, double_sided, texture| Material {
         alpha,
         double_sided,
@@ -140,7 +140,7 @@ fn scene() -> Scene {
 }
 
 /// The scene's pose with the last instance bent by `bend`.
-fn bent(scene: &Scene, bend: f32) -> Pose {
+pub(super) fn bent(scene: &Scene, bend: f32) -> Pose {
     let mut pose = scene.pose(0.0);
     let mesh = &scene.meshes[scene.instances[6].mesh];
     let bent = |p: &Vec3| *p + Vec3::Z * (p.x * p.y * bend);
@@ -156,7 +156,7 @@ fn bent(scene: &Scene, bend: f32) -> Pose {
     pose
 }
 
-fn eye() -> CameraPose {
+pub(super) fn eye() -> CameraPose {
     camera::look_at(Vec3::new(0.4, 1.9, 4.6), Vec3::new(0.2, 0.7, 0.0), 0.8)
 }
 

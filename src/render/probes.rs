@@ -1,0 +1,145 @@
+//! Probe volumes as a client holds them: the decoder's texels beside what they mean, ready for the
+//! sampler on the CPU ([`ProbeVolume::radiance`]) and for a device ([`device`]).
+
+pub mod device;
+pub mod half;
+
+use crate::probes::lattice::Lattice;
+use crate::probes::sample::Field;
+use crate::probes::sh::L2;
+use crate::probes::visibility::Visibility;
+use crate::{Error, Result};
+use glam::{Affine3A, Vec3};
+use half::{f16_from_f32, f32_from_f16};
+
+/// Planes of texels: 27 values and a spare one, four a texel.
+pub const PLANES: usize = 7;
+
+/// Four f16 of one probe in one plane.
+pub type Texel = [u16; 4];
+
+/// The probes of one volume.
+#[derive(Clone, Copy, Debug)]
+pub struct ProbeVolume<'a> {
+    pub lattice: Lattice,
+    /// Rigid: a place in the world to grid space.
+    pub grid_from_world: Affine3A,
+    /// Values are f16 times two to this.
+    pub exponent: i8,
+    /// [`PLANES`] planes of one texel a probe: value v of probe p (channel c of coefficient lm is
+    /// `3 * lm + c`) is component `v % 4` of texel `v / 4 * count + p`.
+    pub texels: &'a [Texel],
+    /// Whether each probe is present.
+    pub present: &'a [bool],
+    pub visibility: Option<Visibility<'a>>,
+}
+
+impl<'a> ProbeVolume<'a> {
+    /// That every probe has its texels, its presence, and its visibility where there is any.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] says what is missing.
+    pub fn check(&self) -> Result<()> {
+        let count = self.lattice.count();
+        let side = self.visibility.map_or(0, |v| v.side as usize);
+        let blocks = self.visibility.map_or(0, |v| v.texels.len());
+        let wrong = |what: &str, there: usize, needed: usize| {
+            Err(Error::Invalid(format!(
+                "a volume of {count} probes needs {needed} {what} and has {there}"
+            )))
+        };
+        if count == 0 {
+            return Err(Error::Invalid("a volume needs a probe".into()));
+        }
+        if self.texels.len() != PLANES * count {
+            return wrong("texels", self.texels.len(), PLANES * count);
+        }
+        if self.present.len() != count {
+            return wrong("marks of presence", self.present.len(), count);
+        }
+        if blocks != side * side * count {
+            return wrong("texels of visibility", blocks, side * side * count);
+        }
+        Ok(())
+    }
+
+    /// What a shader multiplies texels by.
+    pub fn scale(&self) -> f32 {
+        f32::from(self.exponent).exp2()
+    }
+
+    /// The expansions of all probes, for [`ProbeVolume::field`].
+    pub fn radiance(&self) -> Vec<L2> {
+        let count = self.lattice.count();
+        let value = |probe: usize, v: usize| {
+            let texel = self.texels.get(v / 4 * count + probe);
+            f32_from_f16(texel.map_or(0, |t| t[v % 4])) * self.scale()
+        };
+        let probe = |p: usize| {
+            std::array::from_fn(|lm| {
+                Vec3::new(value(p, 3 * lm), value(p, 3 * lm + 1), value(p, 3 * lm + 2))
+            })
+        };
+        (0..count).map(probe).collect()
+    }
+
+    /// What the CPU's sampler looks up in. `radiance` is [`ProbeVolume::radiance`].
+    pub fn field<'r>(&self, radiance: &'r [L2]) -> Field<'r>
+    where
+        'a: 'r,
+    {
+        Field {
+            lattice: self.lattice,
+            radiance,
+            present: self.present,
+            visibility: self.visibility,
+        }
+    }
+
+    /// Squared distance in metres of a place in the world from the volume's box.
+    fn distance_squared(&self, world: Vec3) -> f32 {
+        let x = self.grid_from_world.transform_point3(world);
+        x.distance_squared(x.clamp(Vec3::ZERO, self.lattice.extent()))
+    }
+}
+
+/// The volume that lights a place in the world: the first of those that hold it, else the nearest.
+pub fn volume_at(volumes: &[ProbeVolume], world: Vec3) -> Option<usize> {
+    let mut best: Option<(f32, usize)> = None;
+    for (i, volume) in volumes.iter().enumerate() {
+        let distance = volume.distance_squared(world);
+        if best.is_none_or(|(least, _)| distance < least) {
+            best = Some((distance, i));
+        }
+    }
+    best.map(|(_, i)| i)
+}
+
+/// Texels that hold expansions as the format would without coding them: the nearest f16.
+pub fn texels(radiance: &[L2], exponent: i8) -> Vec<Texel> {
+    let scale = f32::from(exponent).exp2().recip();
+    let count = radiance.len();
+    let mut texels = vec![[0; 4]; PLANES * count];
+    for (p, expansion) in radiance.iter().enumerate() {
+        for (v, value) in expansion.iter().flat_map(Vec3::to_array).enumerate() {
+            texels[v / 4 * count + p][v % 4] = f16_from_f32(value * scale);
+        }
+    }
+    texels
+}
+
+/// The least exponent, not below 0, with which all values of these expansions fit.
+pub fn exponent(radiance: &[L2]) -> i8 {
+    let peak = radiance
+        .iter()
+        .flatten()
+        .map(|c| c.abs().max_element())
+        .fold(0.0, f32::max);
+    (0i8..=64)
+        .find(|e| peak <= 65504.0 * f32::from(*e).exp2())
+        .unwrap_or(64)
+}
+
+#[cfg(test)]
+#[path = "probes/tests.rs"]
+pub(super) mod tests;
