@@ -1,6 +1,7 @@
 //! `dapple render`: one picture of a scene, lit by a stream or by a reference.
 
 mod path;
+mod probes;
 
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
 use super::{output, stream};
@@ -32,6 +33,9 @@ pub struct Args {
     /// Where ambient occlusion, or all light, comes from.
     #[arg(long, default_value = "points")]
     method: Method,
+    /// How probes are interpolated.
+    #[arg(long, default_value = "resistant")]
+    interpolation: probes::Between,
     /// Frames a second that `--frame` counts in.
     #[arg(long, value_name = "RATE", default_value = "60")]
     fps: Rate,
@@ -67,6 +71,10 @@ enum Method {
     Path,
     /// Punctual lights with ray-traced shadows, and emission.
     Direct,
+    /// Punctual lights through shadow maps, and indirect light out of the stream.
+    Probes,
+    /// The same with DDGI's probes in the place of the stream's.
+    Ddgi,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -103,10 +111,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut renderer = Renderer::new(&scene, backend)?;
     let camera = view.at(&pose);
+    if let Method::Probes | Method::Ddgi = args.method {
+        return probes::run(args, &scene, &pose, seconds, &camera, &mut renderer);
+    }
 
     let mut note = String::new();
     let (frame, ao) = match args.method {
-        Method::None | Method::Path | Method::Direct => {
+        Method::None | Method::Path | Method::Direct | Method::Probes | Method::Ddgi => {
             let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
             let open = vec![1.0; frame.gbuffer.fragments.len()];
             (frame, open)

@@ -8,11 +8,12 @@ use super::ddgi::{self, Ddgi};
 use super::metrics::{Difference, Values, compare_pictures};
 use crate::Result;
 use crate::probes::ggx;
-use crate::probes::sample::{DIELECTRIC, Field, resistant, trilinear};
+use crate::probes::sample::{DIELECTRIC, Field, Indirect, resistant, trilinear};
 use crate::probes::server::Server;
 use crate::probes::sh;
 use crate::probes::volume::Volume;
 use crate::render::Picture;
+use crate::render::light::Interpolation;
 use crate::render::tone::develop;
 use crate::render::view::View;
 use crate::scene::CameraPose;
@@ -30,22 +31,6 @@ pub struct Seen {
     surfaces: Vec<Option<Vertex>>,
     /// Emission and punctual lights, or the sky.
     direct: Vec<Vec3>,
-}
-
-/// How probes are interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
-    /// As a texture unit does.
-    Trilinear,
-    /// With visibility, against leaks.
-    Resistant,
-}
-
-/// Indirect light of one surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reflected {
-    pub diffuse: Vec3,
-    pub glossy: Vec3,
 }
 
 impl Seen {
@@ -79,15 +64,15 @@ impl Seen {
     }
 
     /// Indirect light of each pixel; none in the sky.
-    pub fn indirect(&self, light: impl Fn(&Vertex) -> Reflected + Sync) -> Vec<Reflected> {
+    pub fn indirect(&self, light: impl Fn(&Vertex) -> Indirect + Sync) -> Vec<Indirect> {
         let pixels = self.surfaces.par_iter();
         pixels
-            .map(|surface| surface.as_ref().map_or(Reflected::default(), &light))
+            .map(|surface| surface.as_ref().map_or(Indirect::default(), &light))
             .collect()
     }
 
     /// Direct light and `indirect`, linear radiance.
-    pub fn lit(&self, indirect: &[Reflected]) -> Vec<Vec3> {
+    pub fn lit(&self, indirect: &[Indirect]) -> Vec<Vec3> {
         let pixels = self.direct.iter().zip(indirect);
         pixels
             .map(|(direct, i)| *direct + i.diffuse + i.glossy)
@@ -120,7 +105,7 @@ pub fn from_probes(
     volume: &Volume,
     interpolation: Interpolation,
     surface: &Vertex,
-) -> Reflected {
+) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
     let x = volume.to_grid(surface.position);
     let radiance = match interpolation {
@@ -135,7 +120,7 @@ pub fn from_probes(
 }
 
 /// The same by the baseline.
-pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Reflected {
+pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
     let irradiance = ddgi.irradiance(surface.position, n, v);
     let mirrored = 2.0 * n.dot(v) * n - v;
@@ -144,9 +129,9 @@ pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Reflected {
 }
 
 /// What a material makes of irradiance and of light that was filtered for its lobe: the split sum.
-fn reflected(bsdf: &Bsdf, cosine: f32, irradiance: Vec3, glossy: Vec3) -> Reflected {
+fn reflected(bsdf: &Bsdf, cosine: f32, irradiance: Vec3, glossy: Vec3) -> Indirect {
     let [scale, bias] = ggx::environment(cosine, bsdf.alpha.sqrt());
-    Reflected {
+    Indirect {
         diffuse: bsdf.diffuse * irradiance * ((1.0 - (DIELECTRIC * scale + bias)) / PI),
         glossy: glossy * (bsdf.f0 * scale + bsdf.f90 * bias),
     }
@@ -183,7 +168,7 @@ pub fn ddgi_end(paths: &PathTracer, origin: Vec3, direction: Vec3, cull: bool) -
 
 /// Indirect light by a server's own expansions, of whatever degree, unquantised and trilinear; absent
 /// probes count for nothing.
-pub fn from_expansions(server: &Server, surface: &Vertex) -> Reflected {
+pub fn from_expansions(server: &Server, surface: &Vertex) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
     let volume = server.volume();
     let roughness = surface.bsdf.alpha.sqrt();
@@ -203,7 +188,7 @@ pub fn from_expansions(server: &Server, surface: &Vertex) -> Reflected {
         }
     }
     if weights <= 0.0 {
-        return Reflected::default();
+        return Indirect::default();
     }
     let [irradiance, glossy] = [irradiance, glossy].map(|sum| (sum / weights).max(Vec3::ZERO));
     reflected(&surface.bsdf, n.dot(v), irradiance, glossy)

@@ -4,16 +4,18 @@ use super::lattice::Lattice;
 use super::sample::Field;
 use super::sh::L2;
 use super::visibility::Visibility;
-use crate::codec::probes::{CODES, Volume, f32_from_f16};
+use crate::codec::probes::{CODES, Texel, Volume, f32_from_f16};
 use crate::codec::{Decoder, LiveTrack, Model};
-use glam::Vec3;
+use glam::{Affine3A, Mat3A, Vec3};
 
 /// One volume as it was decoded.
 #[derive(Clone, Debug)]
 pub struct ProbesVolume {
     pub volume: Volume,
+    /// As the decoder holds them: [`crate::codec::probes::State`].
+    pub texels: Vec<Texel>,
     radiance: Vec<L2>,
-    present: Vec<bool>,
+    pub present: Vec<bool>,
     visibility: Option<Vec<[u8; 2]>>,
 }
 
@@ -35,6 +37,7 @@ impl ProbesVolume {
             std::array::from_fn(|lm| Vec3::from([0, 1, 2].map(|c| value(3 * lm + c))))
         });
         Some(ProbesVolume {
+            texels: texels.to_vec(),
             radiance: radiance.collect(),
             present: state.probes_of(live).iter().map(|p| p.level > 0).collect(),
             visibility: state
@@ -44,21 +47,40 @@ impl ProbesVolume {
         })
     }
 
-    /// What the sampler looks at.
-    pub fn field(&self) -> Field<'_> {
-        let visibility = self.visibility.as_deref().map(|texels| Visibility {
+    /// Where its probes stand in grid space.
+    pub fn lattice(&self) -> Lattice {
+        Lattice {
+            dims: self.volume.dims,
+            spacing: Vec3::from(self.volume.spacing),
+        }
+    }
+
+    /// How far its probes see, where that has come.
+    pub fn visibility(&self) -> Option<Visibility<'_>> {
+        self.visibility.as_deref().map(|texels| Visibility {
             side: self.volume.visibility.side.into(),
             range: self.volume.visibility.range,
             texels,
-        });
+        })
+    }
+
+    /// Grid space from the world, for a volume whose mesh space that is.
+    pub fn grid_from_world(&self) -> Affine3A {
+        let rows = self.volume.grid_from_mesh;
+        let matrix = Mat3A::from_cols_array_2d(&rows.map(|[x, y, z, _]| [x, y, z])).transpose();
+        Affine3A {
+            matrix3: matrix,
+            translation: rows.map(|row| row[3]).into(),
+        }
+    }
+
+    /// What the sampler looks at.
+    pub fn field(&self) -> Field<'_> {
         Field {
-            lattice: Lattice {
-                dims: self.volume.dims,
-                spacing: Vec3::from(self.volume.spacing),
-            },
+            lattice: self.lattice(),
             radiance: &self.radiance,
             present: &self.present,
-            visibility,
+            visibility: self.visibility(),
         }
     }
 }

@@ -4,6 +4,7 @@
 pub mod device;
 pub mod half;
 
+use crate::probes::client::ProbesVolume;
 use crate::probes::lattice::Lattice;
 use crate::probes::sample::Field;
 use crate::probes::sh::L2;
@@ -35,6 +36,18 @@ pub struct ProbeVolume<'a> {
 }
 
 impl<'a> ProbeVolume<'a> {
+    /// A decoded volume.
+    pub fn of(volume: &'a ProbesVolume) -> ProbeVolume<'a> {
+        ProbeVolume {
+            lattice: volume.lattice(),
+            grid_from_world: volume.grid_from_world(),
+            exponent: volume.volume.exponent,
+            texels: &volume.texels,
+            present: &volume.present,
+            visibility: volume.visibility(),
+        }
+    }
+
     /// That every probe has its texels, its presence, and its visibility where there is any.
     ///
     /// # Errors

@@ -8,16 +8,16 @@ use crate::cli::progress::Progress;
 use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
 use crate::measure::ddgi::{self, Ddgi};
-use crate::measure::light::{
-    Interpolation, Reflected, Seen, ddgi_end, from_ddgi, from_expansions, from_probes,
-};
+use crate::measure::light::{Seen, ddgi_end, from_ddgi, from_expansions, from_probes};
 use crate::measure::metrics::{Difference, psnr};
 use crate::measure::report::{Report, Section, save, write};
 use crate::measure::table::{Table, Value};
 use crate::probes::client::ProbesVolume;
 use crate::probes::content::{Content, Packing, Request};
+use crate::probes::sample::Indirect;
 use crate::probes::server::{Hysteresis, Server};
 use crate::probes::volume::Volume;
+use crate::render::light::Interpolation;
 use crate::render::path::state::{self, Subject};
 use crate::render::path::{Options, Part, PathPicture};
 use crate::scene::Scene;
@@ -64,7 +64,7 @@ struct Setting {
 }
 
 impl Setting {
-    fn score(&self, indirect: &[Reflected]) -> Result<[Difference; 2]> {
+    fn score(&self, indirect: &[Indirect]) -> Result<[Difference; 2]> {
         let light: Vec<Vec3> = indirect.iter().map(|r| r.diffuse + r.glossy).collect();
         Ok([
             self.seen.score(
@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
 
     let mut rows = Vec::new();
-    let none = scored.seen.indirect(|_| Reflected::default());
+    let none = scored.seen.indirect(|_| Indirect::default());
     rows.push(row("direct light alone", &scored, &none, None, None)?);
 
     let frames = request.settle.max(1);
@@ -207,7 +207,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn row(
     method: &str,
     scored: &Setting,
-    indirect: &[Reflected],
+    indirect: &[Indirect],
     update_ms: Option<f64>,
     bytes_per_probe: Option<f64>,
 ) -> Result<Row> {
@@ -221,7 +221,7 @@ fn row(
     })
 }
 
-fn save_picture(args: &Args, scored: &Setting, indirect: &[Reflected], name: &str) -> Result<()> {
+fn save_picture(args: &Args, scored: &Setting, indirect: &[Indirect], name: &str) -> Result<()> {
     let light = scored.seen.lit(indirect);
     let picture = scored.seen.picture(&light, EXPOSURE);
     picture.write_png(&args.output.join(format!("{name}.png")))

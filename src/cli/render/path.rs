@@ -53,6 +53,16 @@ pub struct PathArgs {
     linear: Option<PathBuf>,
 }
 
+impl PathArgs {
+    pub fn sky(&self) -> Sky {
+        self.sky.unwrap_or_default()
+    }
+
+    pub fn exposure(&self) -> f32 {
+        self.exposure
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Shown {
     All,
@@ -73,7 +83,7 @@ pub fn run(
     direct_only: bool,
 ) -> Result<ExitCode> {
     let (width, height) = args.view.size;
-    let sky = own.sky.unwrap_or_default();
+    let sky = own.sky();
     let options = Options {
         max_bounces: own.bounces,
         supersample: own.supersample,
