@@ -8,11 +8,11 @@ from errors import Fault
 from limits import Limits
 from packing import ZSTD, lengths_possible, unpack
 from session import (
-    COMMIT, END, GROUP, POINTS, STREAM, TRACK, TRACK_REMOVE, TRANSFORMS, Observer, Session,
+    COMMIT, END, GROUP, MODEL_RECORDS, STREAM, TRACK, TRACK_REMOVE, TRANSFORMS, Observer, Session,
 )
 
 MAGIC = b"\x89DPL\r\n\x1a\n"
-DEFINED = {STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END, POINTS}
+DEFINED = {STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END, *MODEL_RECORDS}
 CRITICAL = 0x8000
 HEADER_SIZE = 32
 LAST_SEQUENCE = 2**64 - 1
@@ -202,7 +202,7 @@ class Decoder:
             if not self.searching:
                 self.observer.skipped(header.type, header.sequence)
             return False
-        if self.searching and header.type in (TRANSFORMS, POINTS, COMMIT):  # [C-117]
+        if self.searching and header.type in (TRANSFORMS, COMMIT, *MODEL_RECORDS):  # [C-117]
             return False
         if header.stored_length > self.limits.stored_bytes:  # [C-018]
             raise Fault(1012)
@@ -253,8 +253,8 @@ class Decoder:
         """[C-112]: the order of the checks of a payload."""
         if header.payload_crc != crc32c(stored):  # [C-022]
             raise Fault(1011)
-        if header.type == POINTS:
-            self.session.check_points_header(header.unpacked_length)
+        if header.type in MODEL_RECORDS:
+            self.session.check_model_header(header.unpacked_length)
         payload = unpack(header.packing, stored, header.unpacked_length, self.limits)
         if header.type == END:
             self.take_end(header, payload)

@@ -21,6 +21,7 @@ from dump import Dump
 from errors import Fault
 from limits import Limits
 from sampling import ambient_occlusion, normalised
+from tracks import POINTS
 
 COMPLETE, REFUSED, NEED_INPUT, USAGE, BROKEN = 0, 1, 2, 64, 70
 
@@ -167,8 +168,8 @@ def run_queries(options: Options, data: bytes, out: BinaryIO) -> int:
         except ValueError:
             raise UsageError("a query is seven integers") from None
         track = decoder.session.live(track_id)
-        if track is None:
-            raise UsageError(f"no track {track_id}")
+        if track is None or track.declaration.model != POINTS:
+            raise UsageError(f"no track {track_id} of points")
         ao = ambient_occlusion(
             track.declaration,
             track.content,

@@ -1,9 +1,15 @@
 """The canonical dump (dump.md)."""
 
+import struct
 from typing import BinaryIO
 
+import points
+import probes
+from digest import xxh64
 from session import Track
-from tracks import Declaration
+from tracks import CELLS, PACKED, POINTS, PROBES, RAW, Declaration, Grid, Volume
+
+NAMES = {(POINTS, CELLS): "points cells", (PROBES, RAW): "probes raw", (PROBES, PACKED): "probes packed"}
 
 
 class Dump:
@@ -42,38 +48,63 @@ class Dump:
         said = track.declaration
         number = said.track_id
         self.line(declaration_line(said))
-        self.line(grid_line(said))
+        self.line(grid_line(said) if isinstance(said, Grid) else volume_line(said))
         if track.transform is not None:
             bits = [
                 int.from_bytes(track.transform[at : at + 4], "little") for at in range(0, 48, 4)
             ]
             self.line(f"transform {number} {floats(bits)}")
+        if isinstance(said, Grid):
+            self.points(said, track.content)
+        else:
+            self.probes(said, track.content)
+
+    def points(self, said: Grid, content: points.Content) -> None:
         digits = said.point_bits // 4
-        content = track.content
         for index in sorted(content.buckets):
             cells = []
             for entry in content.buckets[index]:
                 key, points = content.cells[entry]
                 there = ",".join(f"{point:0{digits}x}" for point in points if point)
                 cells.append(f"{key}:{there}")
-            self.line(f"bucket {number} {index} {' '.join(cells)}")
+            self.line(f"bucket {said.track_id} {index} {' '.join(cells)}")
+
+    def probes(self, said: Volume, content: probes.Content) -> None:
+        number = said.track_id
+        for index in sorted(content.probes):
+            level, codes = content.probes[index]
+            shown = ",".join(f"{code & 0xFFFF:04x}" for code in codes)
+            self.line(f"probe {number} {index} {level} {shown}")
+        values = b"".join(struct.pack("<27H", *each) for each in probes.all_values(said, content))
+        self.line(f"values {number} {xxh64(values):016x}")
+        if content.visibility is not None:
+            self.line(f"visibility {number} {xxh64(content.visibility):016x}")
 
 
 def declaration_line(said: Declaration) -> str:
     space = ("mesh", "rest")[said.space]
     content_hash = f"{said.content_hash:016x}" if said.has_hash else "-"
     return (
-        f"track {said.track_id} points cells {space} {said.application:016x} {content_hash} "
+        f"track {said.track_id} {NAMES[said.model, said.coding]} {space} {said.application:016x} {content_hash} "
         f"{floats(said.aabb)} {quoted(said.path)}"
     )
 
 
-def grid_line(said: Declaration) -> str:
+def grid_line(said: Grid) -> str:
     dx, dy, dz = said.dims
     return (
         f"grid {said.track_id} {dx} {dy} {dz} {said.bucket_count} {said.cell_capacity} "
         f"{said.position_bits},{said.normal_bits},{said.ao_bits} "
         f"{floats((said.edge, said.radius) + said.grid_from_mesh)}"
+    )
+
+
+def volume_line(said: Volume) -> str:
+    dx, dy, dz = said.dims
+    return (
+        f"volume {said.track_id} {dx} {dy} {dz} {said.exponent} {said.side} "
+        f"{','.join(str(step) for step in said.steps)} "
+        f"{floats(said.spacing + (said.range,) + said.grid_from_mesh)}"
     )
 
 

@@ -3,8 +3,9 @@
 import struct
 from dataclasses import dataclass, field
 
+from base import Base
 from errors import Fault
-from tracks import Declaration
+from tracks import POINTS, Grid
 
 EMPTY = 0xFFFFFFFF
 KEYFRAME = 1
@@ -31,30 +32,20 @@ class Content:
         return b"".join(parts)
 
 
-def cube_hash(track: Declaration, x: int, y: int, z: int) -> int:
+def cube_hash(track: Grid, x: int, y: int, z: int) -> int:
     """[P-005]: the bucket of a cube."""
     dx, dy, _ = track.dims
     h = (x + y * (dx * 17) + z * (dx * dy * 31)) % 2**32
     return h % track.bucket_count
 
 
-def key_hash(track: Declaration, key: int) -> int:
+def key_hash(track: Grid, key: int) -> int:
     """[P-005], back from the key: the bucket of a cube by its key."""
     dx, dy, _ = track.dims
     return cube_hash(track, key % dx, key // dx % dy, key // (dx * dy))
 
 
 # ---- The record (section 5) ----
-
-
-@dataclass
-class Base:
-    """What a `points` record is checked against."""
-
-    live: dict[int, tuple[Declaration, Content]]  # committed content of the live tracks
-    last_frame: int | None  # number of the last commit
-    from_nothing: bool  # the frame is the first of a group that starts from keyframes
-    in_frame: set[int]  # tracks that the frame has content for already
 
 
 def read_points(payload: bytes, base: Base) -> dict[int, Content]:
@@ -65,8 +56,7 @@ def read_points(payload: bytes, base: Base) -> dict[int, Content]:
     keyframe = bool(flags & KEYFRAME)
     if flags > KEYFRAME or reserved != 0 or (keyframe and base_frame != 0):  # [P-011]
         raise Fault(3002)
-    if not keyframe and (base.from_nothing or base_frame != base.last_frame):  # [P-012]
-        raise Fault(4001)
+    base.check_frame(keyframe, base_frame)  # [P-012]
     at = 16 + 12 * count
     if at > len(payload):  # [P-010]
         raise Fault(3001)
@@ -74,14 +64,8 @@ def read_points(payload: bytes, base: Base) -> dict[int, Content]:
     contents: dict[int, Content] = {}
     previous_id = -1
     for track_id, bucket_total, cell_total in struct.iter_unpack("<3I", payload[16:at]):
-        if track_id <= previous_id:  # [P-013]
-            raise Fault(2004)
-        if track_id not in base.live:
-            raise Fault(2019)
-        if track_id in base.in_frame:
-            raise Fault(4010)
+        track, committed = base.named(track_id, previous_id, POINTS)  # [P-013]
         previous_id = track_id
-        track, committed = base.live[track_id]
         sections, at = read_sections(payload, at, bucket_total, cell_total, track.point_bits // 8)
         contents[track_id] = check_track(track, sections, None if keyframe else committed)
 
@@ -148,7 +132,7 @@ def read_numbers(data: bytes, width: int) -> tuple[int, ...]:
     return struct.unpack(f"<{len(data) // width}{'H' if width == 2 else 'I'}", data)
 
 
-def check_track(track: Declaration, new: Sections, committed: Content | None) -> Content:
+def check_track(track: Grid, new: Sections, committed: Content | None) -> Content:
     """[P-020] to [P-030]: the content of a track after the frame.
 
     `committed` is what a delta changes, and None in a keyframe.
@@ -181,7 +165,7 @@ def check_track(track: Declaration, new: Sections, committed: Content | None) ->
     return after
 
 
-def check_cell(track: Declaration, key: int, points: tuple[int, ...]) -> None:
+def check_cell(track: Grid, key: int, points: tuple[int, ...]) -> None:
     """[P-022] to [P-025]."""
     if key != EMPTY and key >= track.cubes:  # [P-022]
         raise Fault(3008)
@@ -196,7 +180,7 @@ def check_cell(track: Declaration, key: int, points: tuple[int, ...]) -> None:
         raise Fault(3011)
 
 
-def check_moved(track: Declaration, index: int, old_key: int, key: int, after: Content) -> None:
+def check_moved(track: Grid, index: int, old_key: int, key: int, after: Content) -> None:
     """[P-026]: a cell that leaves its bucket is not named there any more."""
     if key == old_key:
         return
@@ -208,7 +192,7 @@ def check_moved(track: Declaration, index: int, old_key: int, key: int, after: C
 
 
 def check_bucket(
-    track: Declaration, index: int, entries: tuple[int, ...], after: Content
+    track: Grid, index: int, entries: tuple[int, ...], after: Content
 ) -> tuple[int, ...]:
     """[P-027] to [P-030]; returns the entries up to the first EMPTY."""
     used = entries[: 8 - entries.count(EMPTY)]

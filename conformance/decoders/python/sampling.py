@@ -4,7 +4,7 @@ import math
 import struct
 
 from points import Content, cube_hash
-from tracks import Declaration
+from tracks import Grid
 
 Vector = tuple[float, float, float]
 
@@ -34,7 +34,7 @@ def normalised(v: Vector) -> Vector:
 class Point:
     """The values of a stored point in the cube (x, y, z): [P-040] to [P-042]."""
 
-    def __init__(self, track: Declaration, cube: tuple[int, int, int], bits: int) -> None:
+    def __init__(self, track: Grid, cube: tuple[int, int, int], bits: int) -> None:
         p, n, a = track.position_bits, track.normal_bits, track.ao_bits
 
         def take(width: int) -> int:
@@ -76,7 +76,7 @@ def octahedral(u_code: int, v_code: int, width: int) -> Vector:
 # ---- Occlusion at a fragment ----
 
 
-def ambient_occlusion(track: Declaration, content: Content, x: Vector, normal: Vector) -> float:
+def ambient_occlusion(track: Grid, content: Content, x: Vector, normal: Vector) -> float:
     """The AO at x with a unit normal, both in grid space."""
     radius = as_float(track.radius)
     weights = 0.0
@@ -91,7 +91,7 @@ def ambient_occlusion(track: Declaration, content: Content, x: Vector, normal: V
     return total / weights  # [P-047]
 
 
-def cubes_around(track: Declaration, x: Vector) -> list[tuple[int, int, int]]:
+def cubes_around(track: Grid, x: Vector) -> list[tuple[int, int, int]]:
     """[P-043]: the cube of x and those on the nearer sides, as far as they are in the grid."""
     edge = as_float(track.edge)
     axes: list[list[int]] = []
@@ -103,7 +103,7 @@ def cubes_around(track: Declaration, x: Vector) -> list[tuple[int, int, int]]:
     return [(cx, cy, cz) for cx in axes[0] for cy in axes[1] for cz in axes[2]]
 
 
-def points_of(track: Declaration, content: Content, cube: tuple[int, int, int]) -> list[Point]:
+def points_of(track: Grid, content: Content, cube: tuple[int, int, int]) -> list[Point]:
     """[P-044]: the points of all cells with the cube's key that its bucket names."""
     x, y, z = cube
     cube_key = x + track.dims[0] * (y + track.dims[1] * z)

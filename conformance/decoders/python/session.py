@@ -9,16 +9,26 @@ import struct
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import points
+import probes
+from base import Base
 from digest import Xxh64
 from errors import Fault
 from limits import Limits
 from payload import Fields
-from points import Base, Content, read_points
-from tracks import Declaration, read_entry
+from tracks import POINTS, Declaration, Grid, read_entry
 
-STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END, POINTS = 1, 2, 3, 4, 5, 6, 7, 0x20
+STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END = 1, 2, 3, 4, 5, 6, 7
+POINTS_RECORD, PROBES_RECORD = MODEL_RECORDS = 0x20, 0x21
+
+Content = points.Content | probes.Content
 
 NO_TRANSFORM = bytes(48)
+
+
+def nothing(declaration: Declaration) -> Content:
+    """The content of an empty track."""
+    return points.Content() if declaration.model == POINTS else probes.Content()
 
 
 @dataclass
@@ -26,7 +36,7 @@ class Track:
     """A track, as committed. A removed one stays until the next commit [C-081]."""
 
     declaration: Declaration
-    content: Content = field(default_factory=Content)
+    content: Content
     transform: bytes | None = None  # twelve f32, as they came
     removed: bool = False
 
@@ -38,7 +48,7 @@ class Frame:
     from_nothing: bool = False  # the first of a group with start 0 [C-062]
     contents: dict[int, Content] = field(default_factory=dict)
     transforms: dict[int, bytes] | None = None  # None: no such record yet
-    model_bytes: int = 0  # unpacked, of all model records [P-014]
+    model_bytes: int = 0  # unpacked, of all model records [B-018]
 
 
 class Observer(Protocol):
@@ -92,7 +102,7 @@ class Session:
         elif record_type == COMMIT:
             self.take_commit(payload)
         else:
-            self.take_points(payload)
+            self.take_model(record_type, payload)
 
     # ---- 6.1 stream ----
 
@@ -146,7 +156,7 @@ class Session:
             if entry.track_id <= highest:  # [C-074]
                 raise Fault(2005)
             highest = entry.track_id
-            new[entry.track_id] = Track(entry)
+            new[entry.track_id] = Track(entry, nothing(entry))
             # Removed tracks count until the commit that ends them [C-076].
             if len(self.tracks) + len(new) > self.limits.tracks:
                 raise Fault(2013)
@@ -160,9 +170,10 @@ class Session:
     def check_memory(self, tracks: list[Track]) -> None:
         """[C-076], error 2018."""
         declarations = [track.declaration for track in tracks]
+        grids = [track for track in declarations if isinstance(track, Grid)]
         if (
-            sum(track.bucket_count for track in declarations) > 2**32 - 1
-            or sum(track.cell_capacity for track in declarations) > 2**32 - 1
+            sum(track.bucket_count for track in grids) > 2**32 - 1
+            or sum(track.cell_capacity for track in grids) > 2**32 - 1
             or sum(track.state_bytes for track in declarations) > self.limits.state_bytes
         ):
             raise Fault(2018)
@@ -212,7 +223,7 @@ class Session:
         self.opened_frame().transforms = transforms
 
     def check_group(self) -> None:
-        """[C-087], of `transforms`, `points` and `commit`."""
+        """[C-087], of `transforms`, model records and `commit`."""
         if not self.has_group:
             raise Fault(4008)
 
@@ -222,16 +233,16 @@ class Session:
             self.frame = Frame()
         return self.frame
 
-    # ---- points.md, section 5 ----
+    # ---- points.md, section 5; probes.md, section 4 ----
 
-    def check_points_header(self, unpacked_length: int) -> None:
-        """What is checked of a `points` record before it is unpacked [C-112]."""
+    def check_model_header(self, unpacked_length: int) -> None:
+        """What is checked of a model record before it is unpacked [C-112]."""
         self.check_group()
         so_far = self.frame.model_bytes if self.frame is not None else 0
-        if so_far + unpacked_length > self.limits.frame_bytes:  # [P-014]
+        if so_far + unpacked_length > self.limits.frame_bytes:  # [P-014], [B-018]
             raise Fault(4009)
 
-    def take_points(self, payload: bytes) -> None:
+    def take_model(self, record_type: int, payload: bytes) -> None:
         frame = self.frame or Frame()
         base = Base(
             live={
@@ -243,7 +254,8 @@ class Session:
             from_nothing=frame.from_nothing,
             in_frame=set(frame.contents),
         )
-        contents = read_points(payload, base)
+        read = points.read_points if record_type == POINTS_RECORD else probes.read_probes
+        contents = read(payload, base)
         frame = self.opened_frame()
         frame.contents.update(contents)
         frame.model_bytes += len(payload)
@@ -283,7 +295,7 @@ class Session:
         for track_id, track in self.tracks.items():
             if track.removed:  # [C-081]
                 continue
-            content = Content() if frame.from_nothing else track.content  # [C-062]
+            content = nothing(track.declaration) if frame.from_nothing else track.content  # [C-062]
             transform = None if frame.from_nothing else track.transform
             after[track_id] = Track(
                 track.declaration,

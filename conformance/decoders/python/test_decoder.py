@@ -1,21 +1,24 @@
-"""Tests: the worked example and what is built from it. Run with `python test_decoder.py SPEC_FOLDER`."""
+"""Tests: the worked example and what is built from it, and volumes of probes that are made up. Run with `python test_decoder.py SPEC_FOLDER`."""
 
 import io
 import random
 import re
 import struct
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.block
 import zstandard
 
+import probes
 from decoder import answer, read_options
 from digest import crc32c, xxh64
 from errors import Fault
 from limits import Limits
 from packing import unpack_lz4, unpack_zstd
 from sampling import octahedral
+from tracks import PACKED, RAW, Volume
 
 SPEC = Path(sys.argv[1])
 
@@ -326,6 +329,280 @@ def test_mutations() -> None:
         seen.add(last.partition(b',"offset"')[0])
         run(script(out[: len(out) // 2], "resume", out[len(out) // 2 :], "resume", "resume", "finish"), "--session")
     print(sorted(seen))
+
+
+# ---- probes.md ----
+
+
+class RangeEncoder:
+    """The counterpart of the range decoder (section 6.2): draws bits, and writes them down."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self.rng = rng
+        self.state = (0, 2**32 - 1, 4)  # low, range, bytes so far
+        self.estimates = probes.RangeDecoder(b"").estimates
+
+    def bounded(self, bound: int, bit: int) -> int:
+        low, size, count = self.state
+        low, size = (low + bound, size - bound) if bit else (low, bound)
+        while size < 2**24:
+            low, size, count = low << 8, size << 8, count + 1
+        self.state = low, size, count
+        return bit
+
+    def bit(self, context: int) -> int:
+        """Probable bits mostly, and improbable ones now and then."""
+        q = self.estimates[context]
+        bit = int(self.rng.randrange(65536) >= (q if self.rng.random() < 0.8 else 32768))
+        self.bounded((self.state[1] >> 16) * q, bit)
+        self.estimates[context] = q - (q >> 5) if bit else q + ((65536 - q) >> 5)
+        return bit
+
+    def even(self) -> int:
+        return self.bounded(self.state[1] >> 1, self.rng.getrandbits(1))
+
+    def finish(self) -> bytes:
+        """All P bytes, of which three at least are 0 at the end."""
+        low, size, count = self.state
+        last = low + size - 1
+        return (last >> 24 << 24).to_bytes(count, "big")
+
+
+def drawn(rng: random.Random, track: Volume, before: probes.Content) -> tuple[bytes, dict]:
+    """A section that was drawn, and the probes that it leaves."""
+    encoder = RangeEncoder(rng)
+    decoding = probes.Decoding(encoder, track, before)
+    for index in range(track.probes):
+        while len(decoding.after) == index:
+            kept = encoder.state, list(encoder.estimates)
+            try:
+                decoding.decode_probe(index)
+            except Fault:  # a code out of range; another draw
+                encoder.state, encoder.estimates = kept
+    return encoder.finish(), {i: probe for i, probe in enumerate(decoding.after) if probe.level}
+
+
+ONE = 0x3F800000
+
+
+def volume(coding: int, dims: tuple = (2, 2, 2), side: int = 0, steps: tuple | None = None) -> Volume:
+    """A declaration with an AABB and a matrix of zeros."""
+    if steps is None:
+        steps = (16, 128, 128, 128, 320, 320) if coding == PACKED else (0,) * 6
+    return Volume(
+        7, coding, 0, 0, False, 0, "", (0,) * 6, (0,) * 12, dims, (ONE,) * 3, 0, side,
+        ONE if side else 0, steps,
+    )
+
+
+def entry(track: Volume) -> bytes:
+    return struct.pack(
+        "<IIHHBBHQQ6I12I3H2x3IbB2xI6H", 144, track.track_id, 2, track.coding, track.space, 0, 0, 0, 0,
+        *track.aabb, *track.grid_from_mesh, *track.dims, *track.spacing, track.exponent, track.side,
+        track.range, *track.steps,
+    )
+
+
+def probes_record(section: bytes, base: int | None = None, flags: int = 0, track_id: int = 7) -> bytes:
+    head = struct.pack("<4I", 1, base is None, base or 0, 0)
+    return head + struct.pack("<3I", track_id, len(section), flags) + section
+
+
+def stream_of(*items: tuple[int, bytes]) -> bytes:
+    """A stream of records, with the one before and the one after all streams."""
+    preamble = records(example()[0])[0]
+    items = ((1, struct.pack("<2I", 60, 1)), *items)
+    return preamble + b"".join(record(kind, data, at) for at, (kind, data) in enumerate(items))
+
+
+def frames_of(track: Volume, payloads: list[bytes]) -> bytes:
+    """A stream with one record of probes a frame."""
+    items = [(3, struct.pack("<II", 1, 0) + entry(track)), (2, bytes(16))]
+    for number, payload in enumerate(payloads):
+        items += [(0x21, payload), (6, struct.pack("<QII", number, number, 0))]
+    return stream_of(*items)
+
+
+def outcome(stream: bytes, arguments: str = "--live") -> int:
+    """The error of a stream, or 0."""
+    status, output = run(stream, arguments)
+    found = re.search(rb'"id":(\d+)', output.splitlines()[-1])
+    return int(found[1]) if status == 1 else 0
+
+
+def test_tables() -> None:
+    assert xxh64(probes.STARTS) == 0xC258A0D47C1B432E
+    assert xxh64(struct.pack("<256I", *probes.POWERS)) == 0x1955658E0278180E
+    assert [probes.POWERS[i] for i in (0, 1, 128, 255)] == [32768, 32857, 46341, 65359]
+    first = {"CHANGED": 0, "OTHER": 8, "LEVEL": 9, "ANY": 17, "SOME": 113, "AGAINST": 161, "LONGER": 173, "SECOND": 245}
+    for name, number in first.items():
+        assert getattr(probes, name).first == number, name
+    assert probes.ANY(1, 2, 3, 1) == 17 + ((1 * 6 + 2) * 4 + 3) * 2 + 1
+
+
+def test_f16() -> None:
+    """Against the f16 of `struct`: each value itself, each tie, and its neighbours."""
+    for bits in range(0x7BFF):
+        value = probes.units_from_f16(bits)
+        assert value == struct.unpack("<e", struct.pack("<H", bits))[0] * 2**24
+        above = probes.units_from_f16(bits + 1)
+        even = bits + bits % 2
+        assert probes.f16_from_units(value) == bits
+        assert probes.f16_from_units(-value) == (bits | 0x8000 if bits else 0)
+        half = (value + above) // 2
+        if above - value > 1:
+            assert probes.f16_from_units(half) == even
+            assert probes.f16_from_units(half - 1) == bits
+            assert probes.f16_from_units(half + 1) == bits + 1
+    assert probes.f16_from_units(2**60) == 0x7BFF and probes.f16_from_units(-(2**60)) == 0xFBFF
+
+
+def test_sections() -> None:
+    """Sections that were drawn decode to what they were drawn as."""
+    rng = random.Random(11)
+    levels = set()
+    for _ in range(300):
+        dims = (rng.randint(1, 4), rng.randint(1, 4), rng.randint(1, 3))
+        steps = (rng.choice((1, 16, 300, 2560)), *(rng.choice((1, 100, 5000, 32768)) for _ in range(5)))
+        track = volume(PACKED, dims, steps=steps)
+        before = probes.Content()
+        for _ in range(3):
+            section, after = drawn(rng, track, before)
+            assert probes.read_packed(track, section, before) == after
+            # Bytes of 0 at the end may be left out, up to four [B-034], and none added.
+            for short in range(1, len(section)):
+                if section[-short]:
+                    break
+                if short <= 4:
+                    assert probes.read_packed(track, section[:-short], before) == after
+                else:
+                    assert fault_of(probes.read_packed, track, section[:-short], before) == 3105
+            assert fault_of(probes.read_packed, track, section + b"\0", before) == 3105
+            before = probes.Content(after)
+            levels |= {probe.level for probe in after.values()}
+    assert levels == {1, 2, 3}
+
+
+def test_code_range() -> None:
+    """[B-042] at its edges."""
+    for steps, i, g, inside in (
+        ((1, 1, 1, 1, 1, 1), 0, 0, (0, 10239)),
+        ((2560, 1, 1, 1, 1, 1), 0, 0, (0, 3)),
+        ((1, 1, 1, 1, 1, 1), 1, 1, (-32768, 32767)),
+        ((1, 1, 1, 1, 1, 32768), 26, 5, (-1, 1)),
+        ((1, 1, 1, 1, 3, 1), 12, 4, (-10922, 10922)),
+    ):
+        decoding = probes.Decoding(RangeEncoder(random.Random(1)), volume(PACKED, steps=steps), probes.Content())
+        for code in inside:
+            assert fault_of(decoding.check_code, i, g, code) == 0
+        for code in (inside[0] - 1, inside[1] + 1):
+            assert fault_of(decoding.check_code, i, g, code) == 3104
+
+
+def test_values() -> None:
+    """By hand: luma 1 and its chroma; and luma against the power itself."""
+    track = volume(PACKED, (1, 1, 1), steps=(256, 2048, 1, 1, 1, 1))
+    # 24 octaves above 2^-24; Co half of it, Cg none: 1.5, 1, 0.5.
+    probe = probes.Probe(1, (24, 1) + (0,) * 25)
+    assert probes.probe_values(track, probe) == (0x3E00, 0x3C00, 0x3800) + (0,) * 24
+    # Chroma beyond luma: blue is below 0, and so 0 in degree 0.
+    probe = probes.Probe(1, (24, 4) + (0,) * 25)
+    assert probes.probe_values(track, probe)[:3] == (0x4200, 0x3C00, 0)
+    assert probes.probe_values(track, probes.Probe(3, (0,) + (9,) * 26)) == (0,) * 27
+    track = volume(PACKED, (1, 1, 1), steps=(1, 1, 1, 1, 1, 1))
+    for e in range(1, 10240):
+        value = probes.units_from_f16(probes.probe_values(track, probes.Probe(1, (e,) + (0,) * 26))[0])
+        exact = min(2 ** (e / 256), 65504 * 2**24)
+        assert abs(value - exact) <= 1 + exact * 2**-11 * 1.04, e  # the floor, half a step and T
+
+
+def test_fill() -> None:
+    """[B-060] against distances by their definition."""
+    rng = random.Random(5)
+    for _ in range(60):
+        dims = (rng.randint(1, 5), rng.randint(1, 4), rng.randint(1, 3))
+        track = volume(RAW, dims)
+        places = [probes.place(track, index) for index in range(track.probes)]
+        there = {
+            index: probes.Probe(3, tuple(rng.randrange(0x7C00) | (0x8000 if v > 2 else 0) for v in range(27)))
+            for index in range(track.probes) if rng.random() < 0.2
+        }
+        values = probes.all_values(track, probes.Content(there))
+        if not there:
+            assert values == [(0,) * 27] * track.probes
+            continue
+
+        def steps(a: int, b: int) -> int:
+            return sum(abs(i - j) for i, j in zip(places[a], places[b]))
+
+        far = [min(steps(index, other) for other in there) for index in range(track.probes)]
+        for index in range(track.probes):
+            if far[index] == 0:
+                assert values[index] == there[index].codes
+                continue
+            near = [q for q in range(track.probes) if steps(index, q) == 1 and far[q] == far[index] - 1]
+            for v in range(27):
+                mean = sum(probes.units_from_f16(values[q][v]) for q in near) // len(near)
+                assert values[index][v] == probes.f16_from_units(mean)
+
+
+def test_probes_errors() -> None:
+    """The checks of a declaration, of a record and of a raw section, each in its turn."""
+    raw, packed = volume(RAW), volume(PACKED)
+    minus, nothing = 0x80000000, struct.pack("<BB", 0, 0)
+    for track, wanted in (
+        (raw, 0), (packed, 0), (replace(raw, space=1), 2020), (replace(raw, coding=2), 2008),
+        (replace(raw, steps=(0, 0, 0, 0, 0, 1)), 2002), (replace(raw, dims=(0, 1, 1)), 2022),
+        (replace(raw, dims=(4096, 4096, 2)), 2022), (replace(raw, spacing=(ONE, minus, ONE)), 2023),
+        (replace(raw, exponent=65), 2024), (replace(raw, exponent=-65), 2024), (replace(raw, side=5), 2025),
+        (replace(raw, side=4), 2025), (replace(raw, range=ONE), 2025), (replace(raw, range=minus), 2025),
+        (replace(packed, steps=(2561, 1, 1, 1, 1, 1)), 2026), (replace(packed, steps=(1, 1, 1, 1, 1, 32769)), 2026),
+        (replace(packed, steps=(1, 1, 0, 1, 1, 1), exponent=99), 2024),
+    ):
+        assert outcome(stream_of((3, struct.pack("<II", 1, 0) + entry(track)))) == wanted, track
+    one = struct.pack("<I", 1) + bytes(4) + entry(raw)[:-4]
+    assert outcome(stream_of((3, one))) == 2001
+
+    value = struct.pack("<28H", *range(1, 28), 0)
+    good = b"\x05\x04" + value  # probe 0 becomes absent, probe 2 is there
+    eight = value[:6] + struct.pack("<H", 0xFC00) + value[8:]
+    for section, wanted in (
+        (good, 0), (nothing, 0), (b"\0", 3101), (b"\x05\x06" + value, 3102), (good[:-1], 3101), (good + b"\0", 3101),
+        (good[:-1] + b"\1", 3102), (b"\x04\x04" + eight[:-2] + b"\1\0", 3103),
+        (b"\x04\x04\x00\x80" + value[2:], 3103), (b"\x04\x04" + value[:6] + b"\x00\x80" + value[8:], 0),
+    ):
+        assert outcome(frames_of(raw, [probes_record(section)])) == wanted, section
+    three = volume(RAW, (3, 1, 1))
+    assert outcome(frames_of(three, [probes_record(b"\x08\x00")])) == 3102
+
+    # Visibility goes with a keyframe that has none, and stays with such a delta.
+    seen = volume(RAW, (1, 1, 1), side=4)
+    block = bytes(range(32))
+    payloads = [probes_record(block + b"\1\1" + value, flags=1), probes_record(b"\1\0", 0)]
+    status, dump = run(frames_of(seen, payloads), "--live")
+    assert status == 0 and dump.count(b"visibility 7 %016x" % xxh64(block)) == 2 and dump.count(b"probe 7 ") == 1
+    status, dump = run(frames_of(seen, [payloads[0], probes_record(nothing)]), "--live")
+    assert status == 0 and dump.count(b"visibility 7 ") == 1 and dump.count(b"probe 7 ") == 1
+    items = [(3, struct.pack("<II", 1, 0) + entry(seen)), (2, bytes(16))]
+    commit = (6, bytes(16))
+    for payload, wanted in (
+        (b"", 3101), (probes_record(nothing, flags=2), 3102), (probes_record(block[1:], flags=1), 3101),
+        (probes_record(nothing, base=0), 4001), (probes_record(nothing, track_id=8), 2019),
+        (probes_record(nothing) + b"\0", 3101), (probes_record(nothing)[:-1], 3101),
+        (struct.pack("<4I", 1, 2, 0, 0), 3102), (struct.pack("<4I", 1, 1, 1, 0), 3102), (struct.pack("<4I", 1, 1, 0, 1), 3102),
+        (struct.pack("<4I", 1, 1, 0, 0), 3101), (struct.pack("<4I", 0, 1, 0, 0), 0),
+    ):
+        assert outcome(stream_of(*items, (0x21, payload), commit)) == wanted, payload
+    assert outcome(frames_of(raw, [probes_record(nothing, flags=1)])) == 3102
+    points = struct.pack("<4I", 1, 1, 0, 0) + struct.pack("<3I", 7, 0, 0)
+    assert outcome(stream_of(*items, (0x20, points))) == 2027
+    assert outcome(stream_of(*items, (0x21, probes_record(nothing)), (0x20, points))) == 2027
+    assert outcome(stream_of(*items, (0x21, probes_record(nothing)), (0x21, probes_record(nothing)))) == 4010
+    for limit, wanted in ((184, 2018), (215, 2018), (216, 0)):
+        assert outcome(stream_of(items[0]), f"--live --limit state_bytes={limit}") == wanted
+    both = ((0x20, struct.pack("<4I", 0, 1, 0, 0)), (0x21, probes_record(nothing)))
+    for limit, wanted in ((45, 4009), (46, 0)):
+        assert outcome(stream_of(*items, *both, commit), f"--live --limit frame_bytes={limit}") == wanted
 
 
 if __name__ == "__main__":

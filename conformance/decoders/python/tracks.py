@@ -1,24 +1,57 @@
-"""Declarations of tracks (container.md, section 6.3; parameters of a model: points.md, section 2)."""
+"""Declarations of tracks (container.md, section 6.3; their parameters: points.md 2, probes.md 3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import ClassVar
 
 from errors import Fault
 from limits import Limits
 from payload import Fields, as_number
 
+POINTS, PROBES = 1, 2  # models
+CELLS = 0  # the coding of `points`
+RAW, PACKED = 0, 1  # the codings of `probes`
+
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a track's entry says. Every f32 is kept as its bits."""
+    """What a track's entry says of any model. Every f32 is kept as its bits."""
+
+    model: ClassVar[int]
+    f32s: ClassVar[set[str]] = {"aabb", "grid_from_mesh"}  # the fields that hold f32
 
     track_id: int
+    coding: int
     space: int  # 0 mesh space as drawn, 1 rest pose
     application: int
     has_hash: bool
     content_hash: int
+    path: str
     aabb: tuple[int, ...]  # minimum, then maximum
     grid_from_mesh: tuple[int, ...]
     dims: tuple[int, int, int]
+
+    def same_as(self, other: "Declaration") -> bool:
+        """[C-075]: all fields, where -0 and +0 are one number."""
+        return self._comparable() == other._comparable()
+
+    def _comparable(self) -> tuple:
+        values: list = [self.model]
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in self.f32s:
+                several = value if isinstance(value, tuple) else (value,)
+                value = tuple(as_number(bits) for bits in several)
+            values.append(value)
+        return tuple(values)
+
+
+@dataclass(frozen=True)
+class Grid(Declaration):
+    """A track of `points` (points.md, section 2)."""
+
+    model = POINTS
+    f32s = Declaration.f32s | {"edge", "radius"}
+
     edge: int
     radius: int
     position_bits: int
@@ -26,7 +59,6 @@ class Declaration:
     ao_bits: int
     bucket_count: int
     cell_capacity: int
-    path: str
 
     @property
     def cubes(self) -> int:
@@ -41,38 +73,55 @@ class Declaration:
         """What the track counts against the limit of decoded state (points.md, section 2)."""
         return 32 * self.bucket_count + 36 * self.cell_capacity
 
-    def same_as(self, other: "Declaration") -> bool:
-        """[C-075]: all fields, where -0 and +0 are one number."""
-        return self._comparable() == other._comparable()
 
-    def _comparable(self) -> tuple:
-        floats = self.aabb + self.grid_from_mesh + (self.edge, self.radius)
-        rest = (
-            self.track_id, self.space, self.application, self.has_hash, self.content_hash,
-            self.dims, self.position_bits, self.normal_bits, self.ao_bits,
-            self.bucket_count, self.cell_capacity, self.path,
-        )
-        return rest, tuple(as_number(bits) for bits in floats)
+@dataclass(frozen=True)
+class Volume(Declaration):
+    """A track of `probes` (probes.md, section 3)."""
+
+    model = PROBES
+    f32s = Declaration.f32s | {"spacing", "range"}
+
+    spacing: tuple[int, int, int]
+    exponent: int
+    side: int  # of a visibility map; 0 without visibility
+    range: int  # of visibility
+    steps: tuple[int, ...]  # six, one a group of codes; 0 in the coding `raw`
+
+    @property
+    def probes(self) -> int:
+        return self.dims[0] * self.dims[1] * self.dims[2]
+
+    @property
+    def visibility_bytes(self) -> int:
+        """The size of a visibility block."""
+        return 2 * self.side**2 * self.probes
+
+    @property
+    def state_bytes(self) -> int:
+        """[B-006]: what the track counts against the limit of decoded state."""
+        return self.probes * (184 + 2 * self.side**2)
 
 
-def read_entry(fields: Fields, limits: Limits) -> Declaration:
+def read_entry(payload: Fields, limits: Limits) -> Declaration:
     """One entry of a `track` record: steps 1 to 4 of the order of checks."""
     # 1. The size.
-    start = fields.at
-    size = fields.u32()
-    if size < 12 or size % 4 or size > fields.end - start:
+    start = payload.at
+    size = payload.u32()
+    if size < 12 or size % 4 or size > payload.end - start:
         raise Fault(2001)
-    entry = Fields(fields.data, fields.at, start + size)
-    fields.at = start + size
+    entry = Fields(payload.data, payload.at, start + size)
+    payload.at = start + size
 
     # 2. The fields in the order of their offsets, each checked as soon as it is read.
     track_id = entry.u32()
-    if entry.u16() != 1:  # model [C-071]
+    model = entry.u16()
+    if model not in (POINTS, PROBES):  # [C-071]
         raise Fault(2007)
-    if entry.u16() != 0:  # coding
+    coding = entry.u16()
+    if coding not in ((CELLS,) if model == POINTS else (RAW, PACKED)):
         raise Fault(2008)
     space = entry.u8()
-    if space > 1:
+    if space > (1 if model == POINTS else 0):
         raise Fault(2020)
     has_hash = entry.u8()
     path_length = entry.u16()
@@ -84,14 +133,7 @@ def read_entry(fields: Fields, limits: Limits) -> Declaration:
     grid_from_mesh = entry.f32s(12)
     dims = (entry.u16(), entry.u16(), entry.u16())
     entry.zero(2)
-    edge = entry.f32()
-    radius = entry.f32()
-    position_bits = entry.u8()
-    normal_bits = entry.u8()
-    ao_bits = entry.u8()
-    entry.zero(1)
-    bucket_count = entry.u32()
-    cell_capacity = entry.u32()
+    parameters = read_grid(entry) if model == POINTS else read_volume(entry, coding)
 
     # 3. The path, then the padding.
     if path_length > limits.path_bytes:
@@ -108,15 +150,35 @@ def read_entry(fields: Fields, limits: Limits) -> Declaration:
     for axis in range(3):  # [C-073]
         if as_number(aabb[axis]) > as_number(aabb[axis + 3]):
             raise Fault(2010)
-    declaration = Declaration(
-        track_id, space, application, bool(has_hash), content_hash, aabb, grid_from_mesh, dims,
-        edge, radius, position_bits, normal_bits, ao_bits, bucket_count, cell_capacity, path,
+    common = (
+        track_id, coding, space, application, bool(has_hash), content_hash, path, aabb,
+        grid_from_mesh, dims,
     )
-    check_parameters(declaration)
-    return declaration
+    if model == POINTS:
+        grid = Grid(*common, **parameters)
+        check_grid(grid)
+        return grid
+    volume = Volume(*common, **parameters)
+    check_volume(volume)
+    return volume
 
 
-def check_parameters(track: Declaration) -> None:
+# ---- points.md, section 2 ----
+
+
+def read_grid(entry: Fields) -> dict:
+    """The parameters of `points` from offset 112 on."""
+    edge, radius = entry.f32s(2)
+    position_bits, normal_bits, ao_bits = entry.u8(), entry.u8(), entry.u8()
+    entry.zero(1)
+    return dict(
+        edge=edge, radius=radius,
+        position_bits=position_bits, normal_bits=normal_bits, ao_bits=ao_bits,
+        bucket_count=entry.u32(), cell_capacity=entry.u32(),
+    )
+
+
+def check_grid(track: Grid) -> None:
     """[P-001] to [P-004]."""
     if not 1 <= track.cubes <= 2**32 - 1:
         raise Fault(2014)
@@ -137,3 +199,42 @@ def radius_fits(radius: int, edge: int) -> bool:
         return False
     twice = radius + 0x00800000 if radius >= 0x00800000 else 2 * radius
     return min(twice, 0x7F800000) <= edge + 1
+
+
+# ---- probes.md, section 3 ----
+
+
+def read_volume(entry: Fields, coding: int) -> dict:
+    """The parameters of `probes` from offset 112 on."""
+    spacing = entry.f32s(3)
+    exponent = entry.u8()
+    side = entry.u8()
+    entry.zero(2)
+    visibility_range = entry.f32()
+    steps = tuple(entry.u16() for _ in range(6))
+    if coding == RAW and any(steps):  # [C-041], once the last of them is read
+        raise Fault(2002)
+    return dict(
+        spacing=spacing, exponent=exponent - 256 if exponent >= 128 else exponent,
+        side=side, range=visibility_range, steps=steps,
+    )
+
+
+def check_volume(track: Volume) -> None:
+    """[B-001] to [B-005]."""
+    if not 1 <= track.probes <= 2**24:
+        raise Fault(2022)
+    if any(as_number(bits) <= 0 for bits in track.spacing):
+        raise Fault(2023)
+    if not -64 <= track.exponent <= 64:
+        raise Fault(2024)
+    if track.side == 0:
+        range_fits = track.range == 0  # in all bits
+    else:
+        range_fits = as_number(track.range) > 0
+    if track.side not in (0, 4, 8, 16) or not range_fits:
+        raise Fault(2025)
+    if track.coding == PACKED:
+        first, *others = track.steps
+        if not 1 <= first <= 2560 or not all(1 <= step <= 32768 for step in others):
+            raise Fault(2026)
