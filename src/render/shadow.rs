@@ -200,7 +200,7 @@ impl Plan {
     /// `bounds` is the box of all that casts shadows; `side` is rounded to a power of two and halved
     /// while the maps take more than 512 MiB.
     pub fn new(pose: &Pose, bounds: (Vec3, Vec3), side: u32) -> Plan {
-        let faces: u32 = pose.lights.iter().map(|l| faces_of(l)).sum();
+        let faces: u32 = pose.lights.iter().map(faces_of).sum();
         let mut side = side.clamp(MIN_SIDE, 1 << 14).next_power_of_two();
         while side > MIN_SIDE && u64::from(faces) * u64::from(side).pow(2) * 4 > MOST_BYTES {
             side /= 2;
