@@ -80,8 +80,8 @@ struct Device {
     gpu: Gpu,
     raster: Raster,
     points: PointsPass,
-    shadows: ShadowPass,
-    light: LightPass,
+    /// Made when first asked for.
+    lit: Option<(ShadowPass, LightPass)>,
 }
 
 enum Machine<'s> {
@@ -115,11 +115,10 @@ impl<'s> Renderer<'s> {
         Ok(Renderer {
             scene,
             machine: Machine::Gpu(Box::new(Device {
-                shadows: ShadowPass::new(&gpu)?,
-                light: LightPass::new(&gpu)?,
                 gpu,
                 raster,
                 points,
+                lit: None,
             })),
             name,
         })
@@ -170,7 +169,7 @@ impl<'s> Renderer<'s> {
         Ok(GBuffer::resolve(self.scene, pose, lookup, &view, &seen))
     }
 
-    /// The light of a picture: punctual lights through shadow maps of `shadow_side` texels a side
+    /// All light of a picture by its parts: punctual lights through shadow maps of `shadow_side` texels a side
     /// (usually [`shadow::SIDE`]), and indirect light from `source`. `gbuffer` is what `camera`
     /// sees of `pose`.
     ///
@@ -194,10 +193,16 @@ impl<'s> Renderer<'s> {
         let pixels = light::pixels(gbuffer, source);
         let bounds = self.scene.bounds(pose).unwrap_or_default();
         let plan = shadow::Plan::new(pose, bounds, shadow_side);
-        let clock = std::time::Instant::now();
         let (direct, indirect) = match &mut self.machine {
             Machine::Gpu(d) => {
-                let maps = d.shadows.draw(&d.gpu, &d.raster, pose, &plan)?;
+                let (shadows, light) = match &mut d.lit {
+                    Some(passes) => passes,
+                    None => d
+                        .lit
+                        .insert((ShadowPass::new(&d.gpu)?, LightPass::new(&d.gpu)?)),
+                };
+                let clock = std::time::Instant::now();
+                let maps = shadows.draw(&d.gpu, &d.raster, pose, &plan)?;
                 light::device::wait(&d.gpu)?;
                 timings.shadows = clock.elapsed();
                 let view = light::device::View {
@@ -205,12 +210,12 @@ impl<'s> Renderer<'s> {
                     width: gbuffer.width,
                     eye,
                 };
-                let shadows = (&plan, maps);
-                d.light
-                    .light(&d.gpu, &view, &pose.lights, shadows, source, &mut timings)?
+                let maps = (&plan, maps);
+                light.light(&d.gpu, &view, &pose.lights, maps, source, &mut timings)?
             }
             Machine::Cpu { tracer } => {
                 let tracer = stand(tracer, self.scene, pose);
+                let clock = std::time::Instant::now();
                 let maps = shadow::trace(plan, tracer);
                 timings.shadows = clock.elapsed();
                 light::on_cpu(&pixels, eye, pose, &maps, source, &mut timings)

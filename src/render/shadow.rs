@@ -8,16 +8,15 @@
 //!
 //! A lookup filters the nine comparisons about a point, weighted as a box of 3 x 3 texels
 //! (percentage-closer filtering, Reeves et al. 1987). A surface must not shade itself where a tap
-//! lies beside the point: the point is lifted along the geometric normal by what its own plane
-//! rises over the filter's reach,
+//! lies beside the point, so that each tap is compared with the depth of the surface's own plane
+//! there (the receiver plane of Isidoro 2006, *Shadow Mapping: GPU-based Tips and Techniques*):
+//! through both projections depth is affine over the map, and its gradient comes from the geometric
+//! normal. That is a bias which grows with the slope exactly as it must. Lifting the point off its
+//! surface instead is as safe, but moves shadows by twice the filter's reach: with it the direct
+//! light of three scenes was 0.5 to 4.5 dB farther from traced shadows (`tests/probes_client.rs`).
 //!
-//! ```text
-//! lift = REACH * (|n.right| * texel width + |n.up| * texel height)
-//! ```
-//!
-//! which is exact for a plane through both projections, vanishes where light falls straight down
-//! and never exceeds sqrt(2) REACH texels, where a bias of depth alone would grow with the tangent
-//! of the angle. What is left for depth to bear is rounding ([`ROUNDING`]).
+//! What is left is rounding: of depth ([`ROUNDING`]), and of outlines, which rasterisers snap to a
+//! grid within the texel ([`SNAP`]).
 
 pub mod device;
 
@@ -26,11 +25,13 @@ use crate::trace::{Ray, Tracer};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Texels between a looked-up point and the centre of the farthest texel that it is compared with,
-/// along an axis. SHARED with `shadow.wgsl`.
-pub const REACH: f32 = 2.0;
-/// Texels about a map that no lookup starts from, so that the filter and the lift stay within.
-pub const GUARD: f32 = 8.0;
+/// Texels by which a map's samples may be off, along each axis. SHARED with `shadow.wgsl`.
+pub const SNAP: f32 = 0.125;
+/// Cosine between light and surface below which the plane's slope grows no more: what is lit by less
+/// than a thousandth may shade itself. SHARED with `shadow.wgsl`.
+pub const GRAZING: f32 = 1e-3;
+/// Texels about a map that no lookup starts from, so that the filter stays within.
+pub const GUARD: f32 = 4.0;
 /// Nearest depth of a map in metres: nothing is nearer to a lamp ([`LightPose::ray`]). SHARED with
 /// `shadow.wgsl`.
 pub const NEAR: f32 = 0.01;
@@ -124,30 +125,29 @@ impl Face {
         Mat4::from_cols(x, y, z, w).transpose()
     }
 
-    /// Width and height of a texel in metres at distance `z`.
-    fn texel(&self, z: f32, side: u32) -> Vec2 {
-        let whole = match self.projection {
-            Projection::Perspective => 2.0 * self.half * z,
-            Projection::Orthographic { .. } => 2.0 * self.half,
-        };
-        whole / side as f32
+    /// A point in the face's axes.
+    fn local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
-    /// Coordinates in texels, and the least depth of what blocks the light there.
+    /// Coordinates in texels and depth of a point in the face's axes.
     fn project(&self, p: Vec3, side: u32) -> (Vec2, f32) {
-        let p = p - self.origin;
-        let (x, y, z) = (p.dot(self.right), p.dot(self.up), p.dot(self.forward));
         let (across, depth) = match self.projection {
-            Projection::Perspective => (
-                Vec2::new(x, y) / (self.half * z),
-                NEAR / z * (1.0 + ROUNDING),
-            ),
-            Projection::Orthographic { range } => {
-                (Vec2::new(x, y) / self.half, 1.0 - z / range + ROUNDING)
-            }
+            Projection::Perspective => (p.truncate() / (self.half * p.z), NEAR / p.z),
+            Projection::Orthographic { range } => (p.truncate() / self.half, 1.0 - p.z / range),
         };
         let at = Vec2::new(0.5 + 0.5 * across.x, 0.5 - 0.5 * across.y);
         (at * side as f32, depth)
+    }
+
+    /// What depth grows by, a texel right and a texel down, over the plane through `p` with normal
+    /// `n`, which faces the light; both in the face's axes.
+    fn gradient(&self, p: Vec3, n: Vec3, side: u32) -> Vec2 {
+        let slope = match self.projection {
+            Projection::Perspective => n.truncate() * (NEAR / n.dot(p).min(-GRAZING * p.length())),
+            Projection::Orthographic { range } => n.truncate() / (n.z.min(-GRAZING) * range),
+        };
+        slope * self.half * Vec2::new(2.0, -2.0) / side as f32
     }
 
     /// The ray through a texel's centre, from the near plane; `t` counts in metres of z.
@@ -200,7 +200,7 @@ impl Plan {
     /// `bounds` is the box of all that casts shadows; `side` is rounded to a power of two and halved
     /// while the maps take more than 512 MiB.
     pub fn new(pose: &Pose, bounds: (Vec3, Vec3), side: u32) -> Plan {
-        let faces: u32 = pose.lights.iter().map(|l| faces_of(l)).sum();
+        let faces: u32 = pose.lights.iter().map(faces_of).sum();
         let mut side = side.clamp(MIN_SIDE, 1 << 14).next_power_of_two();
         while side > MIN_SIDE && u64::from(faces) * u64::from(side).pow(2) * 4 > MOST_BYTES {
             side /= 2;
@@ -280,13 +280,15 @@ impl Maps {
         else {
             return 1.0;
         };
-        let z = (position - face.origin).dot(face.forward);
-        if face.projection == Projection::Perspective && z <= NEAR {
-            return 1.0;
-        }
-        let texel = face.texel(z, *side);
-        let lift = REACH * (n.dot(face.right).abs() * texel.x + n.dot(face.up).abs() * texel.y);
-        let (at, depth) = face.project(position + n * lift, *side);
+        let p = face.local(position - face.origin);
+        let (scale, add) = match face.projection {
+            Projection::Perspective if p.z <= NEAR => return 1.0,
+            Projection::Perspective => (1.0 + ROUNDING, 0.0),
+            Projection::Orthographic { .. } => (1.0, ROUNDING),
+        };
+        let (at, depth) = face.project(p, *side);
+        let gradient = face.gradient(p, face.local(n), *side);
+        let depth = depth * scale + add + SNAP * gradient.abs().element_sum();
         let base = (at - 0.5).floor();
         let f = at - 0.5 - base;
         let (across, down) = (weights(f.x), weights(f.y));
@@ -295,7 +297,9 @@ impl Maps {
             for (column, wx) in across.into_iter().enumerate() {
                 let x = base.x as i32 + column as i32 - 1;
                 let y = base.y as i32 + row as i32 - 1;
-                if self.depth(number, x, y) <= depth {
+                let tap = Vec2::new(column as f32, row as f32) - 1.0 - f;
+                // Beyond the plane's horizon only what is nearer than infinity blocks light.
+                if self.depth(number, x, y) <= (depth + gradient.dot(tap)).max(0.0) {
                     sum += wx * wy;
                 }
             }

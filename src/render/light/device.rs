@@ -110,7 +110,7 @@ impl LightPass {
         Ok(pass)
     }
 
-    /// Twin of [`super::on_cpu`]. `maps` are the shadow maps of `plan`.
+    /// Twin of `on_cpu` in `light.rs`. `maps` are the shadow maps of `plan`.
     pub fn light(
         &self,
         gpu: &Gpu,

@@ -33,14 +33,14 @@ fn picture(scene: &Scene, pose: &Pose) -> (GBuffer, View, Vec3) {
     (gbuffer, view, eye().eye())
 }
 
-/// Two volumes that do not cover the scene, the second turned.
+/// Two volumes that do not cover the scene, the second turned and of one layer.
 fn volumes() -> [MadeUp; 2] {
     let turn = Quat::from_axis_angle(Vec3::new(0.2, 1.0, -0.4).normalize(), 0.6);
     let first = Affine3A::from_translation(Vec3::new(3.0, -0.1, 2.0));
     let second = Affine3A::from_rotation_translation(turn, Vec3::new(-0.2, 0.3, 2.5));
     [
         MadeUp::new(3, [4, 3, 5], Vec3::new(0.9, 0.7, 1.1), first),
-        MadeUp::new(8, [3, 4, 2], Vec3::new(0.8, 0.8, 1.5), second),
+        MadeUp::new(8, [3, 1, 4], Vec3::new(0.8, 0.8, 0.7), second),
     ]
 }
 
@@ -185,6 +185,8 @@ fn device_and_cpu_interpolate_alike() {
             .zip(&radiance)
             .map(|(v, r)| v.field(r))
             .collect();
+        // A block's share falls by powers beyond the mean distance, and rounding with it.
+        let rounding = if visible { 2e-4 } else { 1e-5 };
         let mut farthest = 0.0f32;
         for ((a, b), pixel) in on_gpu.iter().zip(&on_cpu).zip(&pixels) {
             if pixel.volume == SKY {
@@ -199,7 +201,11 @@ fn device_and_cpu_interpolate_alike() {
                 (a.diffuse, low.diffuse, high.diffuse),
                 (a.glossy, low.glossy, high.glossy),
             ] {
-                assert!(a.cmpge(low - 1e-5).all() && a.cmple(high + 1e-5).all());
+                let within = a.cmpge(low - rounding).all() && a.cmple(high + rounding).all();
+                assert!(
+                    within,
+                    "{interpolation:?}, {visible}: {a} beyond {low} to {high}, {pixel:?}"
+                );
             }
             let off = (a.diffuse - b.diffuse)
                 .abs()
