@@ -2,8 +2,8 @@
 //! sampler on the CPU ([`ProbeVolume::radiance`]) and for a device ([`device`]).
 
 pub mod device;
-pub mod half;
 
+use crate::codec::probes::{f16_from_f32, f32_from_f16};
 use crate::probes::client::ProbesVolume;
 use crate::probes::lattice::Lattice;
 use crate::probes::sample::Field;
@@ -11,13 +11,11 @@ use crate::probes::sh::L2;
 use crate::probes::visibility::Visibility;
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
-use half::{f16_from_f32, f32_from_f16};
 
 /// Planes of texels: 27 values and a spare one, four a texel.
 pub const PLANES: usize = 7;
 
-/// Four f16 of one probe in one plane.
-pub type Texel = [u16; 4];
+pub use crate::codec::probes::Texel;
 
 /// The probes of one volume.
 #[derive(Clone, Copy, Debug)]
