@@ -58,7 +58,7 @@ impl Draw {
 }
 
 /// Probes of a volume, of all levels that its coding has, other ones for each seed.
-fn some(volume: &Volume, seed: u64) -> Vec<Probe> {
+pub(super) fn some(volume: &Volume, seed: u64) -> Vec<Probe> {
     let mut draw = Draw(seed);
     (0..volume.count())
         .map(|_| one(volume, &mut draw))
@@ -89,7 +89,7 @@ fn one(volume: &Volume, draw: &mut Draw) -> Probe {
 }
 
 /// Probes that differ from these here and there: in a few codes, in level, or by being there.
-fn later(volume: &Volume, probes: &[Probe], seed: u64) -> Vec<Probe> {
+pub(super) fn later(volume: &Volume, probes: &[Probe], seed: u64) -> Vec<Probe> {
     let mut draw = Draw(seed);
     let mut later = probes.to_vec();
     for (index, probe) in later.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ fn later(volume: &Volume, probes: &[Probe], seed: u64) -> Vec<Probe> {
 }
 
 /// A visibility block, other bytes for each seed.
-fn seen(volume: &Volume, seed: u64) -> Vec<u8> {
+pub(super) fn seen(volume: &Volume, seed: u64) -> Vec<u8> {
     let mut draw = Draw(seed);
     let byte = |_| draw.below(256) as u8;
     (0..volume.visibility_bytes()).map(byte).collect()
