@@ -401,9 +401,12 @@ fn cut(drafts: &mut Vec<Draft>) {
     }
 }
 
+/// Name, clause, sentence, change.
+type Taken = (&'static str, &'static str, &'static str, fn(&mut Volume));
+
 /// The other side of each bound.
 fn taken(drafts: &mut Vec<Draft>) {
-    let cases: &[(&str, &'static str, &str, fn(&mut Volume))] = &[
+    let cases: &[Taken] = &[
         ("one-probe", "B-001", "A volume of one probe.", |v| {
             v.dims = [1; 3]
         }),
