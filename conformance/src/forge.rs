@@ -4,11 +4,16 @@
 //!
 //! Nothing here uses the codec's own writer: layouts are written out once more, from `spec/`.
 
+pub mod probes;
+pub mod range;
+
 use std::hash::Hasher as _;
 
 use dapple_codec::container::crc32c;
 use dapple_codec::points::EMPTY;
 use twox_hash::XxHash64;
+
+use probes::Volume;
 
 /// Record types of the specification.
 pub mod kind {
@@ -278,7 +283,8 @@ pub fn commit(tick: u64, frame: u32, digest: Option<u64>) -> Vec<u8> {
     payload
 }
 
-/// An entry of a `track` record with all its fields as they will stand there.
+/// An entry of a `track` record with all its fields as they will stand there: of a volume where it
+/// has one, else of a hash grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
     /// Size of the entry; `None` for the one that fits.
@@ -303,6 +309,8 @@ pub struct Entry {
     pub widths_reserved: u8,
     pub buckets: u32,
     pub capacity: u32,
+    /// Parameters of `probes` in place of those of `points`.
+    pub volume: Option<Volume>,
     pub path: Vec<u8>,
     /// Bytes after the path; `None` for zeros to a multiple of four.
     pub padding: Option<Vec<u8>>,
@@ -334,8 +342,19 @@ impl Entry {
             widths_reserved: 0,
             buckets: 5,
             capacity: 6,
+            volume: None,
             path: b"a".to_vec(),
             padding: None,
+        }
+    }
+
+    /// A volume of `probes`, packed or raw as it has steps or none.
+    pub fn of_volume(id: u32, volume: Volume) -> Entry {
+        Entry {
+            model: 2,
+            coding: u16::from(volume.steps != [0; 6]),
+            volume: Some(volume),
+            ..Entry::new(id)
         }
     }
 
@@ -351,13 +370,10 @@ impl Entry {
         rest.extend(self.application.to_le_bytes());
         rest.extend(self.hash.to_le_bytes());
         rest.extend(floats(&self.aabb));
-        rest.extend(floats(&self.grid_from_mesh));
-        rest.extend(self.dims.iter().flat_map(|dim| dim.to_le_bytes()));
-        rest.extend(self.dims_reserved.to_le_bytes());
-        rest.extend(floats(&[self.cell_edge, self.radius]));
-        rest.extend(self.widths);
-        rest.push(self.widths_reserved);
-        rest.extend(words(&[self.buckets, self.capacity]));
+        match &self.volume {
+            Some(volume) => rest.extend(volume.bytes()),
+            None => rest.extend(self.grid()),
+        }
         rest.extend(&self.path);
         match &self.padding {
             Some(padding) => rest.extend(padding),
@@ -365,6 +381,18 @@ impl Entry {
         }
         let size = self.size.unwrap_or(rest.len() as u32 + 4);
         [&size.to_le_bytes()[..], &rest].concat()
+    }
+
+    /// The parameters of `points`.
+    fn grid(&self) -> Vec<u8> {
+        let mut grid = floats(&self.grid_from_mesh);
+        grid.extend(self.dims.iter().flat_map(|dim| dim.to_le_bytes()));
+        grid.extend(self.dims_reserved.to_le_bytes());
+        grid.extend(floats(&[self.cell_edge, self.radius]));
+        grid.extend(self.widths);
+        grid.push(self.widths_reserved);
+        grid.extend(words(&[self.buckets, self.capacity]));
+        grid
     }
 
     /// Dense index of a cube.

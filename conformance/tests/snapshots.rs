@@ -18,6 +18,13 @@ const TELLING: &[&str] = &[
     "points/valid/chain-of-deltas",
     "points/valid/order-of-entries",
     "points/valid/unnamed-cell-keeps",
+    "probes/valid/both-models-keyframe-and-delta",
+    "probes/valid/fill-follows",
+    "probes/valid/packed-five-bits",
+    "probes/valid/packed-levels",
+    "probes/valid/raw-8-probes",
+    "probes/valid/values-strong-chroma",
+    "probes/valid/visibility-goes-packed",
 ];
 
 fn output(vector: &Vector) -> String {

@@ -20,9 +20,10 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 6] = [
+const BUILDERS: [&str; 7] = [
     "differential",
     "points",
+    "probes",
     "structured",
     "round_trip",
     "session",

@@ -78,7 +78,10 @@ fn compare(shown: &[ShownTrack], frame: u32, script: &Script, lost: bool) {
         assert_eq!(shown, wanted);
         return;
     }
-    let blank = |t: &ShownTrack| t.transform.is_none() && content(t).is_empty();
+    let blank = |t: &ShownTrack| {
+        let absent = t.probes.iter().all(|probe| probe.level == 0);
+        t.transform.is_none() && content(t).is_empty() && absent && t.visibility.is_none()
+    };
     for track in wanted {
         match shown.iter().find(|t| t.track.id == track.track.id) {
             Some(t) => assert!(same(t, track), "track {}", track.track.id),
@@ -96,7 +99,11 @@ fn compare(shown: &[ShownTrack], frame: u32, script: &Script, lost: bool) {
 }
 
 fn same(a: &ShownTrack, b: &ShownTrack) -> bool {
-    a.track == b.track && a.transform == b.transform && content(a) == content(b)
+    a.track == b.track
+        && a.transform == b.transform
+        && content(a) == content(b)
+        && a.probes == b.probes
+        && a.visibility == b.visibility
 }
 
 /// What a lookup can reach.

@@ -6,6 +6,7 @@ pub mod records;
 pub mod server;
 pub mod structured;
 pub mod viewer;
+pub mod volumes;
 
 use dapple_codec::Limits;
 

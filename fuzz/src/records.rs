@@ -3,12 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use arbitrary::{Result, Unstructured};
-use dapple_codec::Decoder;
-use dapple_codec::container::{Packing, record_type};
-use dapple_codec::points::{Bucket, CELL_POINTS, Cell, EMPTY, Grid, PointWidths};
+use dapple_codec::container::{HEADER_BYTES, Packing, record_type};
+use dapple_codec::points::{Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, PointWidths};
+use dapple_codec::probes::{Coding, Probe, Update, Volume};
+use dapple_codec::{Compression, Decoder, Encoder, EncoderConfig, GroupStart, Model};
 
 use crate::forge::Forge;
-use crate::server;
+use crate::{server, volumes};
 
 /// Appends a record that fits, or nearly fits, what `decoder` has seen so far.
 pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) -> Result<()> {
@@ -20,7 +21,8 @@ pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) ->
         3 | 4 => (record_type::TRACK, tracks(u, decoder)?),
         5 => (record_type::TRACK_REMOVE, removed(u, decoder)?),
         6 => (record_type::TRANSFORMS, transforms(u, decoder)?),
-        7..=10 => (record_type::POINTS, points(u, decoder)?),
+        7 | 8 => (record_type::POINTS, points(u, decoder)?),
+        9 | 10 => (record_type::PROBES, probes(u, decoder)?),
         11 | 12 => (record_type::COMMIT, commit(u, decoder)?),
         13 => (record_type::END, forge.end.end_payload().to_vec()),
         _ => (
@@ -107,39 +109,79 @@ fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         // A live one is declared again as it was, mostly.
         let known = live.binary_search_by_key(&id, |live| live.track.id).ok();
         let track = match known {
-            Some(at) if live[at].track.grid().is_some() && u.ratio(7, 8)? => live[at].track.clone(),
-            _ => server::track(u, id)?,
+            Some(at) if u.ratio(7, 8)? => live[at].track.clone(),
+            _ => server::any_track(u, id)?,
         };
         id = id.wrapping_add(u.int_in_range(1..=3)?);
-        let grid = *track.grid().expect("points");
         let path = track.target.path.as_bytes();
-        let size = (132 + path.len()).next_multiple_of(4);
-        put(&mut payload, &[size as u32, track.id, 1]);
+        // Now and then more than the limit of decoded state.
+        let large = if u.ratio(1, 24)? { 4000 } else { 1 };
+        let (model, parameters) = match &track.model {
+            Model::Probes(volume) => (
+                2 | u32::from(volume.coding != Coding::Raw) << 16,
+                parameters_of_volume(volume, large),
+            ),
+            _ => (1, parameters_of_grid(track.grid().expect("points"), large)),
+        };
+        let size = 56 + parameters.len() + path.len();
+        let padding = size.next_multiple_of(4) - size;
+        put(&mut payload, &[(size + padding) as u32, track.id, model]);
         payload.push(track.space as u8);
         payload.push(track.target.content_hash.is_some().into());
         payload.extend((path.len() as u16).to_le_bytes());
         payload.extend(track.target.application_id.to_le_bytes());
         payload.extend(track.target.content_hash.unwrap_or(0).to_le_bytes());
         let floats = track.aabb_min.iter().chain(&track.aabb_max);
-        let floats = floats.chain(grid.grid_from_mesh.as_flattened());
         payload.extend(floats.flat_map(|f| f.to_le_bytes()));
-        payload.extend(grid.dims.iter().flat_map(|d| d.to_le_bytes()));
-        payload.extend([0, 0]);
-        put(
-            &mut payload,
-            &[grid.cell_edge.to_bits(), grid.radius.to_bits()],
-        );
-        payload.extend([grid.widths.position, grid.widths.normal, grid.widths.ao, 0]);
-        // Now and then more than the limit of decoded state.
-        let large = if u.ratio(1, 24)? { 4000 } else { 1 };
-        put(
-            &mut payload,
-            &[grid.bucket_count * large, grid.cell_capacity * large],
-        );
+        payload.extend(parameters);
         payload.extend(path);
-        payload.resize(payload.len() + size - 132 - path.len(), 0);
+        payload.resize(payload.len() + padding, 0);
     }
     Ok(payload)
+}
+
+fn parameters_of_grid(grid: &Grid, large: u32) -> Vec<u8> {
+    let mut bytes = parameters(&grid.grid_from_mesh, grid.dims);
+    put(
+        &mut bytes,
+        &[grid.cell_edge.to_bits(), grid.radius.to_bits()],
+    );
+    bytes.extend([grid.widths.position, grid.widths.normal, grid.widths.ao, 0]);
+    put(
+        &mut bytes,
+        &[grid.bucket_count * large, grid.cell_capacity * large],
+    );
+    bytes
+}
+
+fn parameters_of_volume(volume: &Volume, large: u32) -> Vec<u8> {
+    let [dx, dy, dz] = volume.dims;
+    let mut bytes = parameters(
+        &volume.grid_from_mesh,
+        [dx, dy, dz.saturating_mul(large as u16)],
+    );
+    put(&mut bytes, &volume.spacing.map(f32::to_bits));
+    let visibility = volume.visibility;
+    bytes.extend([volume.exponent as u8, visibility.side, 0, 0]);
+    put(&mut bytes, &[visibility.range.to_bits()]);
+    let steps = match volume.coding {
+        Coding::Raw => [0; 6],
+        Coding::Packed(steps) => {
+            let ([y0, y1, y2], [c0, c1, c2]) = (steps.luma, steps.chroma);
+            [y0, c0, y1, c1, y2, c2]
+        }
+    };
+    bytes.extend(steps.iter().flat_map(|step| step.to_le_bytes()));
+    bytes
+}
+
+/// What both models begin with.
+fn parameters(grid_from_mesh: &[[f32; 4]; 3], dims: [u16; 3]) -> Vec<u8> {
+    let floats = grid_from_mesh.as_flattened().iter();
+    let mut bytes: Vec<u8> = floats.flat_map(|f| f.to_le_bytes()).collect();
+    bytes.extend(dims.iter().flat_map(|d| d.to_le_bytes()));
+    bytes.extend([0, 0]);
+    bytes
 }
 
 /// Some of the live tracks.
@@ -236,6 +278,75 @@ fn points(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
     }
     table.extend(sections);
     Ok(table)
+}
+
+/// Some volumes with some probes changed, by the encoder.
+fn probes(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
+    let ids = some(u, decoder)?;
+    let last = decoder.last_frame().map(|(frame, _)| frame);
+    let keyframe = last.is_none() || u.ratio(1, 2)?;
+    let named = decoder.tracks().iter();
+    let named: Vec<_> = named
+        .filter(|live| live.track.volume().is_some() && ids.contains(&live.track.id))
+        .collect();
+    let mut contents = Vec::new();
+    for live in &named {
+        let volume = live.track.volume().expect("probes");
+        let base = decoder.probes().probes_of(live);
+        let mut probes = match keyframe {
+            true => vec![Probe::ABSENT; base.len()],
+            false => base.to_vec(),
+        };
+        for _ in 0..u.int_in_range(0..=8)? {
+            let at = u.choose_index(probes.len())?;
+            probes[at] = volumes::probe(u, volume)?;
+        }
+        let visibility = match volume.visibility.side > 0 && u.ratio(1, 3)? {
+            true => Some(volumes::visibility(u, volume)?),
+            false => None,
+        };
+        contents.push((live.track.id, base, probes, visibility));
+    }
+    if contents.is_empty() {
+        let mut payload = Vec::new();
+        let base = if keyframe { 0 } else { last.unwrap_or(0) };
+        put(&mut payload, &[0, keyframe.into(), base, 0]);
+        return Ok(payload);
+    }
+    // A stream of its own, whose last record is the one that is wanted.
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).expect("preamble");
+    let tracks: Vec<_> = named.iter().map(|live| live.track.clone()).collect();
+    encoder.tracks(&mut bytes, &tracks).expect("tracks");
+    let start = GroupStart::Keyframes;
+    encoder.group(&mut bytes, start).expect("group");
+    encoder.commit(&mut bytes, 0, None).expect("commit");
+    let updates: Vec<_> = contents
+        .iter()
+        .map(|(track, base, probes, visibility)| Update {
+            track: *track,
+            base,
+            probes,
+            visibility: visibility.as_deref(),
+        })
+        .collect();
+    let coverage = match keyframe {
+        true => Coverage::Keyframe,
+        false => Coverage::Delta,
+    };
+    let at = bytes.len() + HEADER_BYTES;
+    let written = encoder.probes(&mut bytes, coverage, &updates, Compression::None);
+    written.expect("probes");
+    let mut payload = bytes.split_off(at);
+    if !keyframe {
+        payload[8..12].copy_from_slice(&last.unwrap_or(0).to_le_bytes());
+    }
+    // Any bit of it, the coder's among them.
+    if !payload.is_empty() && u.ratio(1, 8)? {
+        let at = u.choose_index(payload.len())?;
+        payload[at] ^= 1 << u.int_in_range(0..=7)?;
+    }
+    Ok(payload)
 }
 
 type Content = (BTreeMap<u32, [u32; 8]>, BTreeMap<u32, Cell>);

@@ -1,5 +1,5 @@
-//! A small server that does what the input says: hash grids that change, and the valid streams that
-//! it writes of them.
+//! A small server that does what the input says: hash grids and volumes that change, and the valid
+//! streams that it writes of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,12 +8,14 @@ use dapple_codec::points::{
     BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, PointWidths, StateDigest,
     Update,
 };
+use dapple_codec::probes::{self, Probe, Volume};
 use dapple_codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, TickRate, Track,
     Transform,
 };
 
 use crate::viewer::ShownTrack;
+use crate::volumes;
 
 /// A valid stream.
 pub struct Script {
@@ -36,7 +38,26 @@ pub fn script(u: &mut Unstructured<'_>) -> Result<Script> {
     })
 }
 
-/// A track with parameters that hold.
+/// A track of either model.
+pub fn any_track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
+    if u.ratio(1, 2)? {
+        return volume_track(u, id);
+    }
+    track(u, id)
+}
+
+/// A volume with parameters that hold.
+pub fn volume_track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
+    let mut volume = volumes::volume(u)?;
+    volume.grid_from_mesh = matrix(u)?;
+    Ok(Track {
+        space: LookupSpace::Mesh,
+        model: Model::Probes(volume),
+        ..track(u, id)?
+    })
+}
+
+/// A track of points with parameters that hold.
 pub fn track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
     let dims = match u.int_in_range(0..=9)? {
         0 => [65_535, 65_535, 1],
@@ -119,6 +140,10 @@ struct Table {
     cells: Vec<Cell>,
     changed_buckets: BTreeSet<u32>,
     changed_cells: BTreeSet<u32>,
+    probes: Vec<Probe>,
+    /// The probes of the last commit.
+    committed: Vec<Probe>,
+    visibility: Option<Vec<u8>>,
     /// Ends at the next commit.
     removed: bool,
 }
@@ -189,8 +214,11 @@ impl Server {
         if u.arbitrary()? {
             self.transforms(u)?;
         }
-        self.points(u, keyframes)?;
+        self.content(u, keyframes)?;
         self.tables.retain(|t| !t.removed);
+        for table in &mut self.tables {
+            table.committed.clone_from(&table.probes);
+        }
         self.tick += u64::from(u.int_in_range(0u8..=3)?);
         let digest = u.arbitrary::<bool>()?.then(|| self.digest(false));
         let number = self
@@ -207,7 +235,7 @@ impl Server {
         let count = u.int_in_range(wanted)?.min(8 - self.tables.len().min(8));
         let mut tracks = Vec::new();
         for _ in 0..count {
-            tracks.push(track(u, self.next_id)?);
+            tracks.push(any_track(u, self.next_id)?);
             self.next_id += u.int_in_range(1..=3)?;
         }
         if tracks.is_empty() {
@@ -256,8 +284,9 @@ impl Server {
     }
 
     /// Content of some tracks, some of it as keyframes.
-    fn points(&mut self, u: &mut Unstructured<'_>, group: bool) -> Result<()> {
+    fn content(&mut self, u: &mut Unstructured<'_>, group: bool) -> Result<()> {
         let (mut full, mut partial) = (Vec::new(), Vec::new());
+        let (mut full_volumes, mut partial_volumes) = (Vec::new(), Vec::new());
         for table in &mut self.tables {
             let named = !table.removed && u.ratio(3, 4)?;
             if group && !named {
@@ -266,10 +295,19 @@ impl Server {
             if !named {
                 continue;
             }
+            let keyframe = group || u.ratio(1, 4)?;
+            if let Some(volume) = table.track.volume().copied() {
+                let into = if keyframe {
+                    &mut full_volumes
+                } else {
+                    &mut partial_volumes
+                };
+                into.push(table.volume(u, &volume, keyframe)?);
+                continue;
+            }
             for _ in 0..u.int_in_range(0..=6)? {
                 table.change(u)?;
             }
-            let keyframe = group || u.ratio(1, 4)?;
             let into = if keyframe { &mut full } else { &mut partial };
             into.push(table.content(keyframe));
         }
@@ -288,6 +326,23 @@ impl Server {
                 written.expect("points");
             }
         }
+        for (coverage, contents) in [
+            (Coverage::Keyframe, full_volumes),
+            (Coverage::Delta, partial_volumes),
+        ] {
+            let split = u.int_in_range(0..=contents.len())?;
+            for part in [&contents[..split], &contents[split..]]
+                .into_iter()
+                .filter(|p| !p.is_empty())
+            {
+                let updates: Vec<_> = part.iter().map(VolumeContent::update).collect();
+                let compression = compression(u)?;
+                let written = self
+                    .encoder
+                    .probes(&mut self.bytes, coverage, &updates, compression);
+                written.expect("probes");
+            }
+        }
         Ok(())
     }
 
@@ -296,7 +351,11 @@ impl Server {
         let mut digest = StateDigest::new();
         for table in self.tables.iter().filter(|t| with_removed || !t.removed) {
             let transform = table.transform.as_ref();
-            digest.track(table.track.id, transform, &table.buckets, &table.cells);
+            let id = table.track.id;
+            match table.track.volume() {
+                Some(_) => digest.volume(id, transform, &table.probes, table.visibility.as_deref()),
+                None => digest.track(id, transform, &table.buckets, &table.cells),
+            }
         }
         digest.finish()
     }
@@ -304,12 +363,19 @@ impl Server {
 
 impl Table {
     fn new(track: Track) -> Table {
-        let grid = *track.grid().expect("points");
+        let (buckets, cells) = match track.grid() {
+            Some(grid) => (grid.bucket_count as usize, grid.cell_capacity as usize),
+            None => (0, 0),
+        };
+        let probes = vec![Probe::ABSENT; track.volume().map_or(0, Volume::count)];
         Table {
             track,
             transform: None,
-            buckets: vec![Bucket::EMPTY; grid.bucket_count as usize],
-            cells: vec![Cell::FREE; grid.cell_capacity as usize],
+            buckets: vec![Bucket::EMPTY; buckets],
+            cells: vec![Cell::FREE; cells],
+            committed: probes.clone(),
+            probes,
+            visibility: None,
             changed_buckets: BTreeSet::new(),
             changed_cells: BTreeSet::new(),
             removed: false,
@@ -319,6 +385,41 @@ impl Table {
     fn empty(&mut self) {
         self.buckets.fill(Bucket::EMPTY);
         self.cells.fill(Cell::FREE);
+        self.probes.fill(Probe::ABSENT);
+        self.visibility = None;
+    }
+
+    /// Changes probes here and there.
+    fn volume(
+        &mut self,
+        u: &mut Unstructured<'_>,
+        volume: &Volume,
+        keyframe: bool,
+    ) -> Result<VolumeContent> {
+        for _ in 0..u.int_in_range(0..=6)? {
+            let at = u.choose_index(self.probes.len())?;
+            let probe = &mut self.probes[at];
+            if probe.level == 0 || u.arbitrary()? {
+                *probe = volumes::probe(u, volume)?;
+            } else {
+                let code = u.choose_index(volumes::used(probe.level))?;
+                probe.codes[code] = volumes::code(u, volume, code)?;
+            }
+        }
+        let sent = volume.visibility.side > 0 && u.ratio(1, 3)?;
+        let visibility = match sent {
+            true => Some(volumes::visibility(u, volume)?),
+            false => None,
+        };
+        if keyframe || sent {
+            self.visibility.clone_from(&visibility);
+        }
+        Ok(VolumeContent {
+            track: self.track.id,
+            base: self.committed.clone(),
+            probes: self.probes.clone(),
+            visibility,
+        })
     }
 
     /// Frees a cell, fills one, moves one to another key, or changes its points.
@@ -395,6 +496,27 @@ impl Table {
             transform: self.transform,
             buckets: self.buckets.clone(),
             cells: self.cells.clone(),
+            probes: self.probes.clone(),
+            visibility: self.visibility.clone(),
+        }
+    }
+}
+
+/// An owned [`probes::Update`].
+struct VolumeContent {
+    track: u32,
+    base: Vec<Probe>,
+    probes: Vec<Probe>,
+    visibility: Option<Vec<u8>>,
+}
+
+impl VolumeContent {
+    fn update(&self) -> probes::Update<'_> {
+        probes::Update {
+            track: self.track,
+            base: &self.base,
+            probes: &self.probes,
+            visibility: self.visibility.as_deref(),
         }
     }
 }

@@ -1,8 +1,13 @@
 //! A client that watches a decoder: it copies dirty ranges as a renderer would, and holds every
 //! committed state against the rules of the format.
 
+use std::collections::BTreeMap;
+
 use dapple_codec::points::{BUCKET_ENTRIES, Bucket, Cell, EMPTY};
-use dapple_codec::{Decoder, Error, Event, Limits, Track, Transform};
+use dapple_codec::probes::{Probe, Texel};
+use dapple_codec::{Decoder, Error, Event, Limits, Model, Track, Transform};
+
+use crate::volumes;
 
 /// An event, and the digest of the state after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +18,7 @@ pub struct Seen {
     pub digest: u64,
 }
 
-/// A track with its transform, buckets and cells.
+/// A track with its transform and content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShownTrack {
     /// What was declared.
@@ -24,6 +29,10 @@ pub struct ShownTrack {
     pub buckets: Vec<Bucket>,
     /// The cells of the track.
     pub cells: Vec<Cell>,
+    /// The probes of the track.
+    pub probes: Vec<Probe>,
+    /// Its visibility block.
+    pub visibility: Option<Vec<u8>>,
 }
 
 /// A decoder, and copies of its arrays that were made from dirty ranges alone.
@@ -33,6 +42,8 @@ pub struct Viewer {
     limits: Limits,
     buckets: Vec<Bucket>,
     cells: Vec<Cell>,
+    /// Texels and visibility of volumes, by id.
+    volumes: BTreeMap<u32, (Vec<Texel>, Option<Vec<u8>>)>,
     digest: u64,
     last: Option<(u32, u64)>,
 }
@@ -47,6 +58,7 @@ impl Viewer {
             limits,
             buckets: Vec::new(),
             cells: Vec::new(),
+            volumes: BTreeMap::new(),
             digest,
             last: None,
         }
@@ -151,6 +163,7 @@ impl Viewer {
         assert!(self.decoder.points().cells().is_empty() && self.decoder.last_frame().is_none());
         self.buckets.clear();
         self.cells.clear();
+        self.volumes.clear();
         self.last = None;
         self.digest = self.decoder.state_digest();
     }
@@ -165,6 +178,12 @@ impl Viewer {
                 transform: live.transform,
                 buckets: self.decoder.points().buckets_of(live).to_vec(),
                 cells: self.decoder.points().cells_of(live).to_vec(),
+                probes: self.decoder.probes().probes_of(live).to_vec(),
+                visibility: self
+                    .decoder
+                    .probes()
+                    .visibility_of(live)
+                    .map(<[u8]>::to_vec),
             })
             .collect()
     }
@@ -195,10 +214,38 @@ impl Viewer {
             let range = range.start as usize..range.end as usize;
             self.cells[range.clone()].copy_from_slice(&points.cells()[range]);
         }
+        self.sync_volumes();
         self.decoder.clear_dirty();
         self.unchanged();
         self.digest = self.decoder.state_digest();
         check(&self.decoder, &self.limits);
+    }
+
+    fn sync_volumes(&mut self) {
+        let state = self.decoder.probes();
+        let tracks = self.decoder.tracks();
+        self.volumes
+            .retain(|id, _| tracks.iter().any(|live| live.track.id == *id));
+        for live in tracks {
+            let Some(volume) = live.track.volume() else {
+                continue;
+            };
+            let texels = state.texels_of(live);
+            let own = self.volumes.entry(live.track.id);
+            let own = own.or_insert_with(|| (vec![[7; 4]; texels.len()], None));
+            assert_eq!(own.0.len(), texels.len());
+            if let Some(range) = state.dirty_of(live) {
+                assert!(range.start < range.end && range.end as usize <= volume.count());
+                for plane in 0..texels.len() / volume.count() {
+                    let start = plane * volume.count();
+                    let range = start + range.start as usize..start + range.end as usize;
+                    own.0[range.clone()].copy_from_slice(&texels[range]);
+                }
+            }
+            if state.visibility_dirty_of(live) {
+                own.1 = state.visibility_of(live).map(<[u8]>::to_vec);
+            }
+        }
     }
 
     /// Nothing but a commit or a declaration may change what is shown.
@@ -211,18 +258,31 @@ impl Viewer {
             self.decoder.points().cells() == self.cells,
             "cells changed unseen"
         );
+        for live in self.decoder.tracks() {
+            if let Some((texels, visibility)) = self.volumes.get(&live.track.id) {
+                let state = self.decoder.probes();
+                assert!(state.texels_of(live) == texels, "texels changed unseen");
+                assert!(
+                    state.visibility_of(live) == visibility.as_deref(),
+                    "visibility changed unseen"
+                );
+            }
+        }
         assert_eq!(self.decoder.last_frame(), self.last);
     }
 }
 
-/// What holds of every committed state (`spec/points.md` §5, `spec/container.md` §6.3).
+/// What holds of every committed state (`spec/points.md` §5, `spec/probes.md`, `spec/container.md`
+/// §6.3).
 fn check(decoder: &Decoder, limits: &Limits) {
     let tracks = decoder.tracks();
     assert!(tracks.len() <= limits.tracks as usize);
     assert!(tracks.is_sorted_by(|a, b| a.track.id < b.track.id));
     let points = decoder.points();
     let state = points.buckets().len() * 32 + points.cells().len() * 36;
-    assert!(state as u64 <= limits.state_bytes);
+    let volumes = tracks.iter().filter_map(|live| live.track.volume());
+    let volumes: u64 = volumes.map(volumes::state_bytes).sum();
+    assert!(state as u64 + volumes <= limits.state_bytes);
     let apart = |mut regions: Vec<(u32, u32)>| {
         regions.sort_unstable();
         assert!(
@@ -252,8 +312,13 @@ fn check(decoder: &Decoder, limits: &Limits) {
                     .all(|f| f.is_finite())
             );
         }
-        let Some(grid) = live.track.grid() else {
-            continue;
+        let grid = match &live.track.model {
+            Model::Points(grid) => grid,
+            Model::Probes(volume) => {
+                volumes::check(decoder.probes(), live, volume);
+                continue;
+            }
+            _ => panic!("a track of an unknown model"),
         };
         let (buckets, cells) = (points.buckets_of(live), points.cells_of(live));
         assert_eq!(buckets.len(), grid.bucket_count as usize);

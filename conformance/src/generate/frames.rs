@@ -1,6 +1,6 @@
-//! Streams of `points` frames, and what each frame must leave, worked out here once more from
-//! `spec/points.md`: every commit carries the digest of that, so that no vector rests on what our
-//! decoder makes of it.
+//! Streams of frames, and what each frame must leave, worked out here once more from
+//! `spec/points.md` and `spec/probes.md`: every commit carries the digest of that, so that no vector
+//! rests on what our decoder makes of it.
 
 use std::collections::BTreeMap;
 use std::hash::Hasher as _;
@@ -8,6 +8,8 @@ use std::hash::Hasher as _;
 use dapple_codec::points::EMPTY;
 use twox_hash::XxHash64;
 
+use super::values;
+use crate::forge::probes::{self, Probe, Section};
 use crate::forge::{
     Entry, Forge, HEADER, Pack, Part, commit, floats, group, kind, points, removal, tracks,
     transforms, words,
@@ -25,6 +27,10 @@ pub struct Held {
     pub buckets: BTreeMap<u32, Vec<u32>>,
     /// Key and points of each cell that has been written.
     pub cells: BTreeMap<u32, (u32, Vec<u32>)>,
+    /// All probes of a volume.
+    pub probes: Vec<Probe>,
+    /// Visibility block of a volume, where it has come.
+    pub visibility: Option<Vec<u8>>,
 }
 
 impl Held {
@@ -35,12 +41,19 @@ impl Held {
             transform: None,
             buckets: BTreeMap::new(),
             cells: BTreeMap::new(),
+            probes: match &entry.volume {
+                Some(volume) => vec![Probe::ABSENT; volume.count()],
+                None => Vec::new(),
+            },
+            visibility: None,
         }
     }
 
     fn clear(&mut self) {
         self.buckets.clear();
         self.cells.clear();
+        self.probes.fill(Probe::ABSENT);
+        self.visibility = None;
     }
 
     /// Takes in a part of a keyframe or delta.
@@ -52,6 +65,39 @@ impl Held {
         self.buckets.extend(buckets);
         for (index, key, points) in &part.cells {
             self.cells.insert(*index, (*key, points.clone()));
+        }
+    }
+
+    /// Takes in probes of a keyframe or delta: all of them are in `content`.
+    fn write_probes(&mut self, keyframe: bool, content: &Content) {
+        if keyframe {
+            self.clear();
+        }
+        self.probes.clone_from(&content.probes);
+        if content.visibility.is_some() {
+            self.visibility.clone_from(&content.visibility);
+        }
+    }
+
+    /// The section that makes a track's probes what `content` says.
+    pub fn section(&self, keyframe: bool, content: &Content) -> Section {
+        let base = (!keyframe).then_some(&self.probes[..]);
+        let coded = match &self.entry.volume {
+            Some(volume) if volume.is_packed() => {
+                let coded = probes::packed(volume, base, &content.probes, &content.touched);
+                if content.whole {
+                    coded.whole()
+                } else {
+                    coded.short()
+                }
+            }
+            _ => probes::raw(base, &content.probes, &content.touched),
+        };
+        Section {
+            id: content.id,
+            visibility: content.visibility.clone(),
+            probes: coded,
+            ..Section::default()
         }
     }
 
@@ -85,6 +131,50 @@ impl Held {
                 digest.write(&words(&all));
             }
         }
+        if self.entry.volume.is_some() {
+            self.digest_probes(digest);
+        }
+    }
+
+    /// `spec/probes.md` §11.
+    fn digest_probes(&self, digest: &mut XxHash64) {
+        for (index, probe) in (0..).zip(&self.probes) {
+            if probe.level > 0 {
+                digest.write(&words(&[index, probe.level.into()]));
+                let codes = probe.codes.iter();
+                codes.for_each(|&code| digest.write(&(code as u16).to_le_bytes()));
+                digest.write(&[0; 2]);
+            }
+        }
+        digest.write(&words(&[u32::from(self.visibility.is_some())]));
+        digest.write(self.visibility.as_deref().unwrap_or_default());
+    }
+}
+
+/// What a track's probes are after a frame.
+#[derive(Clone, Debug)]
+pub struct Content {
+    pub id: u32,
+    /// All probes.
+    pub probes: Vec<Probe>,
+    /// Its visibility block, where it is sent.
+    pub visibility: Option<Vec<u8>>,
+    /// Probes that are written as changing though they may not.
+    pub touched: Vec<usize>,
+    /// With all zeros at the end of packed probes.
+    pub whole: bool,
+}
+
+impl Content {
+    /// Probes of a track.
+    pub fn new(id: u32, probes: Vec<Probe>) -> Content {
+        Content {
+            id,
+            probes,
+            visibility: None,
+            touched: Vec::new(),
+            whole: false,
+        }
     }
 }
 
@@ -110,6 +200,9 @@ pub struct Frames {
     digests: bool,
     emptied: bool,
     staged: Vec<(bool, Part)>,
+    staged_probes: Vec<(bool, Content)>,
+    /// The lines `values` and `visibility` of the dump up to here (`spec/dump.md`).
+    pub shown: Vec<String>,
     moved: Vec<(u32, [f32; 12])>,
     removed: Vec<u32>,
 }
@@ -127,13 +220,15 @@ impl Frames {
             digests: true,
             emptied: false,
             staged: Vec::new(),
+            staged_probes: Vec::new(),
+            shown: Vec::new(),
             moved: Vec::new(),
             removed: Vec::new(),
         };
         frames.declare(entries).group()
     }
 
-    /// Packs the `points` records from here on.
+    /// Packs the model records from here on.
     pub fn packed(mut self, pack: Pack) -> Frames {
         self.pack = pack;
         self
@@ -199,6 +294,39 @@ impl Frames {
         points((!keyframe).then_some(self.last), parts)
     }
 
+    /// A `probes` record that leaves these tracks with these probes.
+    pub fn probes(self, keyframe: bool, contents: &[Content]) -> Frames {
+        let sections = self.sections(keyframe, contents);
+        self.probes_as(keyframe, contents, &sections)
+    }
+
+    /// The same with sections of another form, which must come to the same.
+    pub fn probes_as(
+        mut self,
+        keyframe: bool,
+        contents: &[Content],
+        sections: &[Section],
+    ) -> Frames {
+        let payload = probes::payload((!keyframe).then_some(self.last), sections);
+        self.forge.put_packed(kind::PROBES, self.pack, &payload);
+        let contents = contents.iter().map(|content| (keyframe, content.clone()));
+        self.staged_probes.extend(contents);
+        self
+    }
+
+    /// The sections that [`Frames::probes`] would put.
+    pub fn sections(&self, keyframe: bool, contents: &[Content]) -> Vec<Section> {
+        let held = |id| self.held.iter().find(|held| held.entry.id == id);
+        let section = |content: &Content| Some(held(content.id)?.section(keyframe, content));
+        contents.iter().filter_map(section).collect()
+    }
+
+    /// The payload that [`Frames::probes`] would put.
+    pub fn probes_payload(&self, keyframe: bool, contents: &[Content]) -> Vec<u8> {
+        let base = (!keyframe).then_some(self.last);
+        probes::payload(base, &self.sections(keyframe, contents))
+    }
+
     /// A `transforms` record.
     pub fn transforms(mut self, entries: &[(u32, [f32; 12])]) -> Frames {
         self.forge.put(kind::TRANSFORMS, &transforms(entries));
@@ -224,6 +352,10 @@ impl Frames {
             for (keyframe, part) in self.staged.iter().filter(|(_, part)| part.id == id) {
                 held.write(*keyframe, part);
             }
+            let contents = self.staged_probes.iter();
+            for (keyframe, content) in contents.filter(|(_, content)| content.id == id) {
+                held.write_probes(*keyframe, content);
+            }
             for (_, rows) in self.moved.iter().filter(|(track, _)| *track == id) {
                 held.transform = Some(*rows);
             }
@@ -231,6 +363,8 @@ impl Frames {
         let removed = std::mem::take(&mut self.removed);
         self.held.retain(|held| !removed.contains(&held.entry.id));
         self.staged.clear();
+        self.staged_probes.clear();
+        self.shown.extend(self.held.iter().flat_map(values::lines));
         self.moved.clear();
         self.emptied = false;
         let digest = self.digests.then(|| self.digest());
@@ -254,8 +388,13 @@ impl Frames {
 
     /// The stream with a `points` record that must be refused, all else after it as it would be,
     /// and the offset of the error: the first byte after the record's header.
-    pub fn refused(mut self, payload: &[u8]) -> (usize, Vec<u8>) {
-        self.forge.put_packed(kind::POINTS, self.pack, payload);
+    pub fn refused(self, payload: &[u8]) -> (usize, Vec<u8>) {
+        self.refused_of(kind::POINTS, payload)
+    }
+
+    /// The same with a record of another type.
+    pub fn refused_of(mut self, record_type: u16, payload: &[u8]) -> (usize, Vec<u8>) {
+        self.forge.put_packed(record_type, self.pack, payload);
         let offset = self.forge.last() + HEADER;
         self.forge
             .put(kind::COMMIT, &commit(self.tick, self.number, None));

@@ -7,11 +7,13 @@ mod limits;
 mod packing;
 mod plan;
 mod points;
+mod probes;
 pub mod queries;
 mod records;
 pub mod sampling;
 mod sessions;
 mod tracks;
+pub mod values;
 
 use std::collections::BTreeMap;
 
@@ -27,6 +29,7 @@ pub fn all() -> Result<Vec<Vector>, String> {
     container::add(&mut drafts);
     records::add(&mut drafts);
     points::add(&mut drafts);
+    probes::add(&mut drafts);
     limits::add(&mut drafts);
     sessions::add(&mut drafts);
     queries::add(&mut drafts)?;
@@ -65,6 +68,8 @@ pub struct Draft {
     /// Error number and offset.
     error: Option<(u16, u64)>,
     queries: Vec<Query>,
+    /// The lines `values` and `visibility` that its dump must have, where that is known.
+    shown: Option<Vec<String>>,
 }
 
 impl Draft {
@@ -88,6 +93,7 @@ impl Draft {
             live: false,
             error: None,
             queries: Vec::new(),
+            shown: None,
         }
     }
 
@@ -146,6 +152,12 @@ impl Draft {
         self
     }
 
+    /// With what clients see of its probes.
+    pub fn shows(mut self, lines: &[String]) -> Draft {
+        self.shown = Some(lines.to_vec());
+        self
+    }
+
     /// As a live stream.
     pub fn live(mut self) -> Draft {
         self.live = true;
@@ -173,6 +185,18 @@ impl Draft {
                 "{place}: our decoder gives {found:?}, the vector says {:?}",
                 self.error
             ));
+        }
+        if let Some(wanted) = &self.shown {
+            let lines = String::from_utf8_lossy(output);
+            let lines = lines.lines();
+            let shown = |line: &&str| line.starts_with("values ") || line.starts_with("visib");
+            let differs = lines.filter(shown).zip(wanted);
+            if let Some((line, wanted)) = differs.clone().find(|(line, wanted)| line != wanted) {
+                return Err(format!("{place}: {line}, not {wanted}"));
+            }
+            if differs.count() != wanted.len() {
+                return Err(format!("{place}: too few lines of values"));
+            }
         }
         let hash = Some(sha256(output));
         let session = self.kind == Kind::Sessions;

@@ -4,6 +4,7 @@
 mod failures;
 mod faults;
 mod loss;
+mod probes;
 
 use crate::forge::{Forge, HEADER, commit, group, kind, points, tracks};
 use crate::generate::Draft;
@@ -15,12 +16,13 @@ pub fn add(drafts: &mut Vec<Draft>) {
     drafts.extend(
         cases()
             .into_iter()
-            .map(|case| Draft::session(AREA, &case.name, case.clauses, &case.comment, case.script)),
+            .map(|c| Draft::session(c.area, &c.name, c.clauses, &c.comment, c.script)),
     );
 }
 
 /// A session.
 struct Case {
+    area: &'static str,
     name: String,
     clauses: &'static [&'static str],
     comment: String,
@@ -37,6 +39,7 @@ fn case(
     outline: String,
 ) -> Case {
     Case {
+        area: AREA,
         name: name.to_string(),
         clauses,
         comment: comment.to_string(),
@@ -88,6 +91,7 @@ fn cases() -> Vec<Case> {
     faults::of_later_entries(&mut all);
     control(&mut all);
     pieces(&mut all);
+    probes::probes(&mut all);
     all
 }
 
@@ -342,7 +346,8 @@ mod tests {
         let steps = transcript.lines().filter_map(|line| {
             let words: Vec<&str> = line.split(' ').collect();
             match words[0] {
-                "dapple-dump" | "track" | "grid" | "transform" | "bucket" => None,
+                "dapple-dump" | "track" | "transform" | "grid" | "bucket" => None,
+                "volume" | "probe" | "values" | "visibility" => None,
                 "frame" => Some(words[..3].join(" ")),
                 "group" => Some(words[..3].join(" ")),
                 _ => Some(line.to_string()),
