@@ -1,4 +1,4 @@
-//! What a `probes` track adds to the state digest (`spec/probes.md` §9).
+//! What a `probes` track adds to the state digest (`spec/probes.md` §11).
 
 use super::Probe;
 use crate::digest::StateDigest;

@@ -54,16 +54,13 @@ impl Coded {
 
 /// Codes bits.
 pub fn code(bits: &[Bit]) -> Coded {
-    let mut estimates = INITIAL.map(|b| [256 * u32::from(b) + 128; 2]);
+    let mut estimates = INITIAL.map(|b| 256 * u32::from(b) + 128);
     // The lowest number of the range, highest byte first. Its last four bytes are as `code` is.
     let mut low = vec![0u8; 4];
     let mut range = u32::MAX;
     for &bit in bits {
         let (bound, one) = match bit {
-            Bit::In(context, one) => {
-                let [q, w] = estimates[context];
-                ((range >> 16) * ((q + w) / 2), one)
-            }
+            Bit::In(context, one) => ((range >> 16) * estimates[context], one),
             Bit::Even(one) => (range / 2, one),
         };
         if one {
@@ -73,11 +70,10 @@ pub fn code(bits: &[Bit]) -> Coded {
             range = bound;
         }
         if let Bit::In(context, one) = bit {
-            for (estimate, shift) in estimates[context].iter_mut().zip([4, 7]) {
-                match one {
-                    true => *estimate -= *estimate >> shift,
-                    false => *estimate += (65536 - *estimate) >> shift,
-                }
+            let estimate = &mut estimates[context];
+            match one {
+                true => *estimate -= *estimate >> 5,
+                false => *estimate += (65536 - *estimate) >> 5,
             }
         }
         while range < 1 << 24 {
@@ -134,11 +130,11 @@ mod tests {
         };
         let mut code = (0..4).fold(0, |code, _| code << 8 | next());
         let mut range = u32::MAX;
-        let mut estimates = INITIAL.map(|b| [256 * u32::from(b) + 128; 2]);
+        let mut estimates = INITIAL.map(|b| 256 * u32::from(b) + 128);
         let mut bits = Vec::new();
         for kind in kinds {
             let bound = match *kind {
-                Bit::In(context, _) => (range >> 16) * (estimates[context].iter().sum::<u32>() / 2),
+                Bit::In(context, _) => (range >> 16) * estimates[context],
                 Bit::Even(_) => range / 2,
             };
             let one = code >= bound;
@@ -152,11 +148,10 @@ mod tests {
             }
             bits.push(match *kind {
                 Bit::In(context, _) => {
-                    for (estimate, shift) in estimates[context].iter_mut().zip([4, 7]) {
-                        match one {
-                            true => *estimate -= *estimate >> shift,
-                            false => *estimate += (65536 - *estimate) >> shift,
-                        }
+                    let estimate = &mut estimates[context];
+                    match one {
+                        true => *estimate -= *estimate >> 5,
+                        false => *estimate += (65536 - *estimate) >> 5,
                     }
                     Bit::In(context, one)
                 }
