@@ -3,68 +3,22 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
-use dapple_codec::container::{Packing, record_type};
-use dapple_codec::{Encoder, EncoderConfig, GroupStart};
-use dapple_fuzz::forge::Forge;
-use dapple_fuzz::viewer::Viewer;
-use dapple_fuzz::{LIMITS, server};
+use dapple_codec::Track;
+use dapple_codec::container::record_type;
+use dapple_fuzz::{contents, server};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
-    let _ = run(&mut Unstructured::new(data));
+    let u = &mut Unstructured::new(data);
+    let _ = contents::show(u, record_type::PROBES, server::volume_track, payloads);
 });
 
-fn run(u: &mut Unstructured<'_>) -> Result<()> {
-    // The payload of a track record, by the encoder.
-    let count = u.int_in_range(1..=2)?;
-    let mut tracks = Vec::new();
-    for id in 1..=count {
-        tracks.push(server::volume_track(u, id)?);
-    }
-    let mut start = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut start).expect("preamble");
-    encoder
-        .group(&mut start, GroupStart::Keyframes)
-        .expect("group");
-    encoder.tracks(&mut start, &tracks).expect("tracks");
-
-    let mut viewer = Viewer::new(LIMITS);
-    let mut forge = Forge::new();
-    forge.end.record(&[]);
-    forge.end.record(&[]);
-    forge.end.record(&[]);
-    forge.bytes = start;
-    let mut frame = 0u32;
-    while !u.is_empty() {
-        let ids = if count > 1 && u.arbitrary()? {
-            1..=2
-        } else {
-            1..=1
-        };
-        for id in ids {
-            let payload = payload(
-                u,
-                frame,
-                id,
-                tracks[id as usize - 1].volume().expect("probes"),
-            )?;
-            forge.record(record_type::PROBES, &payload, Packing::None, |_| {});
-        }
-        let mut commit = u64::from(frame).to_le_bytes().to_vec();
-        commit.extend(frame.to_le_bytes());
-        commit.extend([0; 4]);
-        forge.record(record_type::COMMIT, &commit, Packing::None, |_| {});
-        let before = viewer.decoder.position() as usize;
-        let result = viewer.feed_whole(&forge.bytes).1.map_err(|e| e.id);
-        let taken = viewer.decoder.position() as usize - before;
-        assert!(taken <= forge.bytes.len());
-        forge.bytes.clear();
-        match result {
-            Err(1019) => frame += 1,
-            _ => break,
-        }
-    }
-    Ok(())
+/// One payload for the first track, or one for each of two.
+fn payloads(u: &mut Unstructured<'_>, frame: u32, tracks: &[Track]) -> Result<Vec<Vec<u8>>> {
+    let both = tracks.len() > 1 && u.arbitrary()?;
+    let tracks = if both { tracks } else { &tracks[..1] };
+    let payload = |track: &Track| payload(u, frame, track.id, track.volume().expect("probes"));
+    tracks.iter().map(payload).collect()
 }
 
 /// A right head; the section is the input's, in so many bytes as its coding may want.

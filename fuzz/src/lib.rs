@@ -1,5 +1,6 @@
 //! What the fuzz targets share. Each target states one property; `README.md` lists them.
 
+pub mod contents;
 pub mod forge;
 pub mod mend;
 pub mod records;
