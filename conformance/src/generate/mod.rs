@@ -3,6 +3,7 @@
 
 mod container;
 pub mod frames;
+pub mod held;
 mod limits;
 mod packing;
 mod plan;

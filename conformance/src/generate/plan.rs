@@ -1,7 +1,7 @@
 //! The usual stream as a list of records: a vector alters one of them, and the rest still fits, so
 //! that a decoder which misses the fault comes to a good end.
 
-use super::{Draft, frames};
+use super::{Draft, held};
 use crate::forge::{
     Entry, Forge, HEADER, Header, IDENTITY, Pack, Part, commit, group, kind, points, removal,
     tracks, transforms, words,
@@ -217,13 +217,13 @@ pub type Held<'p> = (u32, Option<[f32; 12]>, Option<&'p Part>);
 
 /// State digest of tracks, ids ascending.
 pub fn digest(tracks: &[Held<'_>]) -> u64 {
-    let held = tracks.iter().map(|&(id, transform, part)| {
-        let mut held = frames::Held::new(&Entry::new(id));
+    let tracks = tracks.iter().map(|&(id, transform, part)| {
+        let mut held = held::Held::new(&Entry::new(id));
         held.transform = transform;
         if let Some(part) = part {
             held.write(true, part);
         }
         held
     });
-    frames::digest(&held.collect::<Vec<_>>())
+    held::digest(&tracks.collect::<Vec<_>>())
 }

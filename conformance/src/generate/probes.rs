@@ -11,7 +11,8 @@ mod raw;
 mod values;
 
 use super::Draft;
-use super::frames::{Content, Frames};
+use super::frames::Frames;
+use super::held::Content;
 use crate::forge::probes::{GROUPS, Probe, Section, Volume, payload};
 use crate::forge::{Entry, kind};
 

@@ -5,7 +5,8 @@ mod content;
 mod geometry;
 
 use super::Draft;
-use super::frames::{Frames, Held, entry, filled};
+use super::frames::{Frames, entry, filled};
+use super::held::Held;
 use super::sampling::{Point, all, bounds, look_up};
 use crate::forge::{Entry, Part};
 use crate::vector::Query;

@@ -4,7 +4,7 @@
 use crate::forge::Entry;
 use crate::vector::Query;
 
-use super::frames::Held;
+use super::held::Held;
 
 /// Smallest cosine between the normals of point and fragment (Eq. 3).
 pub const T_N: f64 = 0.1;

@@ -5,7 +5,7 @@ use std::hash::Hasher as _;
 
 use twox_hash::XxHash64;
 
-use super::frames::Held;
+use super::held::Held;
 use crate::forge::probes::{GROUPS, Probe, Volume};
 
 /// The lines of the dump with the digests of a volume's values and visibility.

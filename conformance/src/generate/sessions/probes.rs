@@ -3,7 +3,8 @@
 use super::{Case, LAST, Script, case, damaged, pushed, without};
 use crate::forge::probes::{Probe, Section, Volume, payload};
 use crate::forge::{Entry, Forge, HEADER, commit, kind};
-use crate::generate::frames::{Content, Frames};
+use crate::generate::frames::Frames;
+use crate::generate::held::Content;
 use crate::generate::probes::{AREA, later, seen, some};
 
 /// Places of the records of [`whole`].
