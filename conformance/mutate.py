@@ -23,7 +23,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Modules of the decoder, those that check first.
 FILES = """points/check.rs points/decode.rs points/sections.rs points/parameters.rs content.rs frame.rs model.rs
-records.rs session.rs track.rs transforms.rs
+parts.rs records.rs session.rs track.rs transforms.rs
 decoder/steps.rs container/header.rs container/preamble.rs container/unpack.rs container/zstd.rs
 container/lz4.rs points/mod.rs wire.rs
 decoder.rs points/hash.rs points/state.rs ranges.rs""".split()

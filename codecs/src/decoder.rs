@@ -8,8 +8,9 @@ use crate::Limits;
 use crate::container::unpack::Unpacker;
 use crate::container::{HEADER_BYTES, RecordHeader};
 use crate::error::{Fault, Result};
+use crate::frame::FrameInfo;
 use crate::points::State;
-use crate::records::{FrameInfo, Session};
+use crate::records::Session;
 use crate::session::{GroupStart, TickRate};
 use crate::track::LiveTrack;
 

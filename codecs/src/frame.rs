@@ -1,12 +1,29 @@
-//! Payloads of the frame in the making: one buffer for the model records of all models, so that the
-//! limit of a frame bounds it once.
+//! A frame: the payloads of the one in the making, and what is told of one that was committed.
 
 use alloc::vec::Vec;
 use core::ops::Range;
 
 use crate::room::{grown, make_room};
 
-/// Payloads, one after the other.
+/// A frame that was committed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameInfo {
+    /// Frame number; ascends, and may leave numbers out.
+    pub number: u32,
+    /// Time in ticks of the stream's [`TickRate`](crate::TickRate).
+    pub tick: u64,
+    /// Buckets that the frame carried.
+    pub buckets: u32,
+    /// Cells that the frame carried.
+    pub cells: u32,
+    /// Probes that the frame carried: those that it changed.
+    pub probes: u32,
+    /// Transforms that the frame carried.
+    pub transforms: u32,
+}
+
+/// Payloads of the frame in the making, one after the other: one buffer for the model records of all
+/// models, so that the limit of a frame bounds it once.
 #[derive(Default)]
 pub(crate) struct FrameBytes {
     /// The first `used` bytes are payloads; the rest is kept from earlier frames.

@@ -1,17 +1,12 @@
-//! The models of the format, by their numbers, and what a session asks of each of them. A new model
-//! is one more arm here and a module that answers.
+//! The models of the format, by their numbers, and what a track declares of them. A new model is one
+//! more arm here, one more of `parts.rs`, and a module that answers.
 
 use alloc::vec::Vec;
-use core::ops::Range;
 
 use crate::container::record_type;
-use crate::content::Base;
-use crate::digest::StateDigest;
 use crate::error::Fault;
 use crate::points::{self, Grid};
 use crate::probes::{self, Volume};
-use crate::records::FrameInfo;
-use crate::track::{LiveTrack, LookupSpace, Track};
 use crate::wire::Reader;
 
 /// Model of a track with its parameters.
@@ -22,6 +17,15 @@ pub enum Model {
     Points(Grid),
     /// `probes` in the coding `raw` or `packed`.
     Probes(Volume),
+}
+
+/// The space that a fragment is looked up in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LookupSpace {
+    /// Mesh space as drawn: rigid, or posed by the server.
+    Mesh,
+    /// Rest pose: the fragment passes its rest position and rest normal.
+    Rest,
 }
 
 /// A model without parameters.
@@ -117,90 +121,5 @@ impl Model {
             Model::Points(grid) => grid.write(out),
             Model::Probes(volume) => volume.write(out),
         }
-    }
-}
-
-/// What a session asks of a model: its tracks are known by their ids, and its content comes in
-/// payloads of the frame in the making.
-pub(crate) trait Part {
-    /// Plans room for tracks, those of other models left out. Returns the bytes of decoded state
-    /// that there will be, or none where there are more items than indices count.
-    fn plan(&mut self, tracks: &[Track]) -> Option<u64>;
-
-    /// Takes in the tracks of the last plan, empty. The model may have `most` bytes of state, which
-    /// the plan is within, and `limit` tracks.
-    fn add(&mut self, tracks: &[Track], most: u64, limit: usize);
-
-    /// Forgets a track and gives its room back.
-    fn remove(&mut self, id: u32);
-
-    /// Empties a track.
-    fn empty(&mut self, id: u32);
-
-    /// The frame in the making starts with a track empty.
-    fn expect_nothing(&mut self, id: u32);
-
-    /// Checks a payload and keeps what is in it. `frame` has all payloads of the frame in the
-    /// making. Marks tracks as staged. After a fault the caller must revert the frame.
-    fn stage(
-        &mut self,
-        frame: &mut [u8],
-        payload: Range<usize>,
-        base: Base,
-        tracks: &mut [LiveTrack],
-    ) -> Result<(), Fault>;
-
-    /// Drops the frame in the making.
-    fn revert(&mut self, emptied: bool, tracks: &[LiveTrack]);
-
-    /// All content of the frame is there: [`Part::digest_staged`] and [`Part::apply`] come.
-    fn seal(&mut self);
-
-    /// Writes the frame into the state, and counts what is in it.
-    fn apply(&mut self, frame: &[u8], info: &mut FrameInfo);
-
-    /// Adds a track's committed content to `digest`.
-    fn digest(&self, id: u32, digest: &mut StateDigest);
-
-    /// Adds a track's content to `digest` as it will be after the frame.
-    fn digest_staged(&self, id: u32, frame: &[u8], emptied: bool, digest: &mut StateDigest);
-
-    /// The frame is in the state, with tracks removed.
-    fn settle(&mut self);
-
-    /// What changed has been uploaded.
-    fn clear_dirty(&mut self);
-
-    /// Forgets all tracks.
-    fn reset(&mut self);
-}
-
-/// One part for each model.
-#[derive(Default)]
-pub(crate) struct Parts {
-    pub(crate) points: points::Part,
-    pub(crate) probes: probes::Part,
-}
-
-impl Parts {
-    /// What all parts keep of a track.
-    pub(crate) const TRACK_BYTES: usize = points::Part::TRACK_BYTES + probes::Part::TRACK_BYTES;
-
-    pub(crate) fn of(&self, kind: Kind) -> &dyn Part {
-        match kind {
-            Kind::Points => &self.points,
-            Kind::Probes => &self.probes,
-        }
-    }
-
-    pub(crate) fn of_mut(&mut self, kind: Kind) -> &mut dyn Part {
-        match kind {
-            Kind::Points => &mut self.points,
-            Kind::Probes => &mut self.probes,
-        }
-    }
-
-    pub(crate) fn all(&mut self) -> [&mut dyn Part; 2] {
-        [&mut self.points, &mut self.probes]
     }
 }

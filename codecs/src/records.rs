@@ -6,9 +6,10 @@ use crate::Limits;
 use crate::content::Base;
 use crate::digest::StateDigest;
 use crate::error::{Failure, Fault, Limit};
-use crate::frame::FrameBytes;
+use crate::frame::{FrameBytes, FrameInfo};
 use crate::limits::TRACK_BYTES;
-use crate::model::{Kind, Parts};
+use crate::model::Kind;
+use crate::parts::Parts;
 use crate::room::make_room;
 use crate::session::{Commit, GroupStart, TickRate};
 use crate::track::{LiveTrack, Track, read_removed, read_tracks};
@@ -25,23 +26,6 @@ const _: () = assert!(
         + 7 * size_of::<(u32, u32)>()
         <= TRACK_BYTES as usize
 );
-
-/// A frame that was committed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameInfo {
-    /// Frame number; ascends, and may leave numbers out.
-    pub number: u32,
-    /// Time in ticks of the stream's [`TickRate`].
-    pub tick: u64,
-    /// Buckets that the frame carried.
-    pub buckets: u32,
-    /// Cells that the frame carried.
-    pub cells: u32,
-    /// Probes that the frame carried: those that it changed.
-    pub probes: u32,
-    /// Transforms that the frame carried.
-    pub transforms: u32,
-}
 
 /// Tracks, committed state, and the frame in the making.
 #[derive(Default)]

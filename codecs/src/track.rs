@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use crate::Limits;
 use crate::error::{Failure, Fault, Limit};
-use crate::model::{Kind, Model};
+use crate::model::{Kind, LookupSpace, Model};
 use crate::points::Grid;
 use crate::probes::Volume;
 use crate::transforms::Transform;
@@ -37,15 +37,6 @@ pub struct Target {
     pub path: String,
     /// Hash of the mesh that the content depends on, where it depends on one.
     pub content_hash: Option<u64>,
-}
-
-/// The space that a fragment is looked up in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LookupSpace {
-    /// Mesh space as drawn: rigid, or posed by the server.
-    Mesh,
-    /// Rest pose: the fragment passes its rest position and rest normal.
-    Rest,
 }
 
 impl Track {

@@ -10,8 +10,9 @@ use super::state::Plan;
 use super::{Bucket, CELL_POINTS, Cell, State, StateDigest};
 use crate::content::{Base, Head, ShapeFaults};
 use crate::error::Fault;
-use crate::model::{self, Kind};
-use crate::records::FrameInfo;
+use crate::frame::FrameInfo;
+use crate::model::Kind;
+use crate::part;
 use crate::room::make_room;
 use crate::track::{LiveTrack, Track};
 
@@ -33,7 +34,7 @@ impl Part {
     pub(crate) const TRACK_BYTES: usize = size_of::<super::Place>() + size_of::<StagedTrack>();
 }
 
-impl model::Part for Part {
+impl part::Part for Part {
     fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
         let (plan, bytes) = self.state.plan(tracks);
         self.plan = Some(plan);

@@ -11,8 +11,9 @@ use crate::content::{Base, Head, ShapeFaults};
 use crate::digest::StateDigest;
 use crate::entropy;
 use crate::error::Fault;
-use crate::model::{self, Kind, Model};
-use crate::records::FrameInfo;
+use crate::frame::FrameInfo;
+use crate::model::{Kind, Model};
+use crate::part;
 use crate::room::make_room;
 use crate::track::{LiveTrack, Track};
 
@@ -63,7 +64,7 @@ fn bytes(volume: &Volume) -> u64 {
     volume.count() as u64 * PROBE_BYTES + volume.visibility_bytes()
 }
 
-impl model::Part for Part {
+impl part::Part for Part {
     fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
         let there = self.state.volumes.iter().map(|v| &v.volume);
         let all = there.chain(volumes(tracks).map(|(_, volume)| volume));

@@ -19,7 +19,7 @@ pub use crate::dirty::DirtyRange;
 pub use encode::Update;
 pub use f16::{f16_from_f32, f32_from_f16};
 pub use quantize::Tolerance;
-pub use state::{State, Texel};
+pub use state::State;
 
 pub(crate) use decode::Part;
 pub(crate) use encode::write_payload;
@@ -32,6 +32,9 @@ pub const COEFFICIENTS: usize = 9;
 pub const CODES: usize = 3 * COEFFICIENTS;
 /// Texels of four numbers that a probe takes; the 28th number is 0.
 pub const TEXELS: usize = 7;
+
+/// Four f16: WGSL `vec2<u32>` in a storage buffer, or a texel of `rgba16float`.
+pub type Texel = [u16; 4];
 
 /// What a track of the model declares, once: one irradiance volume, a grid of probes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,13 +5,10 @@ use alloc::vec::Vec;
 use super::fill::Fill;
 use super::packed::Mark;
 use super::values::{Scales, values};
-use super::{CODES, Coding, Probe, TEXELS, Volume};
+use super::{CODES, Coding, Probe, TEXELS, Texel, Volume};
 use crate::dirty::DirtyRange;
 use crate::room::make_room;
 use crate::track::LiveTrack;
-
-/// Four f16: WGSL `vec2<u32>` in a storage buffer, or a texel of `rgba16float`.
-pub type Texel = [u16; 4];
 
 /// Bytes of state of a probe without its visibility: codes as committed and as the frame in the
 /// making leaves them, texels, what the syntax remembers, and the order of the fill.

@@ -1,0 +1,64 @@
+//! What a session asks of a model.
+
+use core::ops::Range;
+
+use crate::content::Base;
+use crate::digest::StateDigest;
+use crate::error::Fault;
+use crate::frame::FrameInfo;
+use crate::track::{LiveTrack, Track};
+
+/// A model's share of the state: its tracks are known by their ids, and its content comes in payloads
+/// of the frame in the making.
+pub(crate) trait Part {
+    /// Plans room for tracks, those of other models left out. Returns the bytes of decoded state
+    /// that there will be, or none where there are more items than indices count.
+    fn plan(&mut self, tracks: &[Track]) -> Option<u64>;
+
+    /// Takes in the tracks of the last plan, empty. The model may have `most` bytes of state, which
+    /// the plan is within, and `limit` tracks.
+    fn add(&mut self, tracks: &[Track], most: u64, limit: usize);
+
+    /// Forgets a track and gives its room back.
+    fn remove(&mut self, id: u32);
+
+    /// Empties a track.
+    fn empty(&mut self, id: u32);
+
+    /// The frame in the making starts with a track empty.
+    fn expect_nothing(&mut self, id: u32);
+
+    /// Checks a payload and keeps what is in it. `frame` has all payloads of the frame in the
+    /// making. Marks tracks as staged. After a fault the caller must revert the frame.
+    fn stage(
+        &mut self,
+        frame: &mut [u8],
+        payload: Range<usize>,
+        base: Base,
+        tracks: &mut [LiveTrack],
+    ) -> Result<(), Fault>;
+
+    /// Drops the frame in the making.
+    fn revert(&mut self, emptied: bool, tracks: &[LiveTrack]);
+
+    /// All content of the frame is there: [`Part::digest_staged`] and [`Part::apply`] come.
+    fn seal(&mut self);
+
+    /// Writes the frame into the state, and counts what is in it.
+    fn apply(&mut self, frame: &[u8], info: &mut FrameInfo);
+
+    /// Adds a track's committed content to `digest`.
+    fn digest(&self, id: u32, digest: &mut StateDigest);
+
+    /// Adds a track's content to `digest` as it will be after the frame.
+    fn digest_staged(&self, id: u32, frame: &[u8], emptied: bool, digest: &mut StateDigest);
+
+    /// The frame is in the state, with tracks removed.
+    fn settle(&mut self);
+
+    /// What changed has been uploaded.
+    fn clear_dirty(&mut self);
+
+    /// Forgets all tracks.
+    fn reset(&mut self);
+}
