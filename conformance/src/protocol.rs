@@ -95,6 +95,12 @@ pub trait Program {
     /// # Errors
     /// A sentence on what the decoder did instead of answering.
     fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String>;
+
+    /// One more that answers the same, for another thread; `None` where requests have to come one
+    /// after the other.
+    fn another(&self) -> Option<Box<dyn Program + Send>> {
+        None
+    }
 }
 
 /// `dapple-codec`, in this process.
@@ -185,6 +191,10 @@ impl Program for Own {
             Mode::Session => session(&mut decoder, arguments, input),
             Mode::Queries => self.queries(&mut decoder, arguments, input),
         }
+    }
+
+    fn another(&self) -> Option<Box<dyn Program + Send>> {
+        Some(Box::new(*self))
     }
 }
 

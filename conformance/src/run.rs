@@ -1,6 +1,9 @@
 //! Holds a decoder against vectors, level by level.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
 
 use crate::checks::{self, Failure, Stage, Stop};
 use crate::options::{Level, Options};
@@ -147,7 +150,8 @@ const GIVE_UP: usize = 10;
 /// The check of a vector that a silent decoder was not asked about.
 pub const NOT_ASKED: &str = "not asked";
 
-/// Holds a decoder against vectors; `progress` is told how many are done.
+/// Holds a decoder against vectors; `progress` is told how many are done. The report does not depend
+/// on how many threads ask.
 ///
 /// # Errors
 /// A sentence where the skip file names a vector that does not exist, or the filter leaves none.
@@ -163,30 +167,74 @@ pub fn run(
             return Err(format!("the skip file names {path}, which is no vector"));
         }
     }
+    let asked = vectors.iter().filter(|vector| {
+        vector.path().contains(&options.filter) && !levels(vector, options).is_empty()
+    });
+    let asked: Vec<&Vector> = asked.collect();
+    if asked.is_empty() {
+        return Err("no vector has that level and that text in its path".to_string());
+    }
+    let ahead = ahead(program, &asked, options, progress);
+    let done = ahead.len();
+    let mut ahead = ahead.into_iter();
     let mut outcomes = Vec::new();
     // For each kind by itself: a decoder without sessions may do all else.
     let mut silent: BTreeMap<Kind, usize> = BTreeMap::new();
-    for vector in vectors {
-        if !vector.path().contains(&options.filter) || levels(vector, options).is_empty() {
-            continue;
-        }
+    for vector in asked {
         let silent = silent.entry(vector.kind).or_default();
-        let (outcome, answered) = if *silent < GIVE_UP {
-            one(program, vector, options)
-        } else {
-            (given_up(vector, options), false)
+        let (outcome, answered) = match ahead.next() {
+            _ if *silent >= GIVE_UP => (given_up(vector, options), false),
+            Some(held) => held,
+            None => one(program, vector, options),
         };
         *silent = if answered { 0 } else { *silent + 1 };
         outcomes.push(outcome);
-        progress(outcomes.len());
-    }
-    if outcomes.is_empty() {
-        return Err("no vector has that level and that text in its path".to_string());
+        progress(outcomes.len().max(done));
     }
     Ok(Report {
         decoder: decoder.to_string(),
         outcomes,
     })
+}
+
+/// What [`one`] gives for each vector, found on all cores; empty where there is one core, or the
+/// decoder answers one request after the other.
+fn ahead(
+    program: &dyn Program,
+    vectors: &[&Vector],
+    options: &Options,
+    progress: &mut dyn FnMut(usize),
+) -> Vec<(Outcome, bool)> {
+    let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
+    let programs = (0..threads.min(vectors.len())).map_while(|_| program.another());
+    let programs: Vec<_> = programs.collect();
+    if programs.len() < 2 {
+        return Vec::new();
+    }
+    let next = AtomicUsize::new(0);
+    let mut held: Vec<Option<(Outcome, bool)>> = vec![None; vectors.len()];
+    thread::scope(|scope| {
+        let (sender, receiver) = mpsc::channel();
+        for mut program in programs {
+            let (sender, next) = (sender.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(vector) = vectors.get(index) else {
+                        return;
+                    };
+                    let held = one(program.as_mut(), vector, options);
+                    let _ = sender.send((index, held));
+                }
+            });
+        }
+        drop(sender);
+        for (done, (index, found)) in (1..).zip(receiver) {
+            held[index] = Some(found);
+            progress(done);
+        }
+    });
+    held.into_iter().flatten().collect()
 }
 
 /// The skips of a skip file: a path and a reason a line; empty lines and those from `#` are not

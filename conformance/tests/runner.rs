@@ -8,7 +8,7 @@ use dapple_conformance::checks::query_input;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{Arguments, Mode, Own, Program, Status, split};
+use dapple_conformance::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
 use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
 use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, files_of, load, sha256};
 
@@ -270,6 +270,53 @@ fn a_decoder_that_never_answers_is_given_up() {
     assert_eq!(verdict(&report, "v30", Level::Core), Verdict::Skipped);
     assert!(outcome(&report, "v30").failures.is_empty());
     assert_eq!(report.requests(), 10);
+}
+
+/// Our decoder, but for some values of a limit; on one thread, or on all.
+struct Moody {
+    alone: bool,
+}
+
+impl Program for Moody {
+    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+        match arguments.limits["tracks"] {
+            7 | 20..40 => Err("a mood".to_string()),
+            _ => Own::default().ask(arguments, input),
+        }
+    }
+
+    fn another(&self) -> Option<Box<dyn Program + Send>> {
+        (!self.alone).then(|| Box::new(Moody { alone: true }) as Box<dyn Program + Send>)
+    }
+}
+
+#[test]
+fn threads_leave_no_mark_on_a_report() {
+    let vectors: Vec<Vector> = (1..60)
+        .map(|i| {
+            let name = format!("v{i:02}");
+            vector(Kind::Limits, &name, stream().ended(), &[("tracks", i)])
+        })
+        .collect();
+    let [in_turn, at_once] = [true, false].map(|alone| {
+        let mut done = Vec::new();
+        let report = run(
+            "moody",
+            &mut Moody { alone },
+            &vectors,
+            &options(true),
+            &mut |n| done.push(n),
+        );
+        assert!(done.is_sorted() && done.last() == Some(&59));
+        report.expect("a report")
+    });
+    assert_eq!(in_turn, at_once);
+    // One without an answer is forgiven, ten in a row are not, and then nothing more is asked.
+    for (name, failed) in [("v06", false), ("v07", true), ("v19", false), ("v59", true)] {
+        assert_eq!(outcome(&at_once, name).failed(), failed, "{name}");
+    }
+    assert_eq!(outcome(&at_once, "v29").requests, 1);
+    assert_eq!(outcome(&at_once, "v30").requests, 0);
 }
 
 #[cfg(unix)]

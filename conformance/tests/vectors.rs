@@ -1,12 +1,10 @@
 //! Our decoder against every vector, in this process, without a sampler. What mutation and coverage
 //! runs use: nothing runs beneath it but `dapple-codec`.
 
-use std::thread;
-
 use dapple_conformance::options::{Extent, Options};
 use dapple_conformance::protocol::Own;
 use dapple_conformance::run::run;
-use dapple_conformance::vector::{self, Vector};
+use dapple_conformance::vector;
 
 #[test]
 fn our_decoder_passes_every_vector() {
@@ -26,22 +24,7 @@ fn passes(prefixes: Extent, flips: Extent) {
         ..Options::default()
     };
     let vectors = vector::load(&vector::folder()).expect("vectors");
-    let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
-    let share = vectors.len().div_ceil(threads);
-    let failed: String = thread::scope(|scope| {
-        let parts = vectors.chunks(share);
-        let parts: Vec<_> = parts
-            .map(|part| scope.spawn(|| failures(part, &options)))
-            .collect();
-        let parts = parts.into_iter();
-        parts.map(|part| part.join().expect("no panic")).collect()
-    });
-    assert!(failed.is_empty(), "\n{failed}");
-}
-
-/// The first failure of each vector that fails, a line each.
-fn failures(vectors: &[Vector], options: &Options) -> String {
-    let report = run("own", &mut Own::default(), vectors, options, &mut |_| {});
+    let report = run("own", &mut Own::default(), &vectors, &options, &mut |_| {});
     let mut failed = String::new();
     for outcome in report.expect("vectors to run").outcomes {
         if outcome.failed() {
@@ -52,5 +35,5 @@ fn failures(vectors: &[Vector], options: &Options) -> String {
             );
         }
     }
-    failed
+    assert!(failed.is_empty(), "\n{failed}");
 }
