@@ -2,8 +2,7 @@
 //! a frame a tick (PSAO §3.4, DDISH-GI §4).
 
 use crate::Result;
-use crate::codec::points::StateDigest;
-use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart, TickRate};
+use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart, StateDigest, TickRate};
 use crate::points::content::Content as PointsContent;
 use crate::points::server::{Options, Server, Tick, Track};
 use crate::probes;

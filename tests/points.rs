@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use dapple::codec::container::HEADER_BYTES;
-use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths, StateDigest};
-use dapple::codec::{Compression, Limits, TickRate};
+use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths};
+use dapple::codec::{Compression, Limits, StateDigest, TickRate};
 use dapple::points::client::Client;
 use dapple::points::place::Density;
 use dapple::points::rng::Rng;

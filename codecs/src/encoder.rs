@@ -263,7 +263,7 @@ impl Encoder {
 
     /// Makes the frame visible. Returns its number: 0, 1, 2...
     ///
-    /// `digest` is that of the state after the frame ([`points::StateDigest`]).
+    /// `digest` is that of the state after the frame ([`StateDigest`](crate::StateDigest)).
     ///
     /// # Errors
     /// 4003 after 2^32 - 1 frames.

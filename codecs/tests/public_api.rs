@@ -83,9 +83,9 @@ fn decoder_and_encoder_go_to_other_threads() {
     check::<dapple_codec::Error>();
     check::<dapple_codec::Event>();
     check::<dapple_codec::LiveTrack>();
+    check::<dapple_codec::StateDigest>();
     check::<dapple_codec::Track>();
     check::<dapple_codec::points::State>();
-    check::<dapple_codec::points::StateDigest>();
     check::<dapple_codec::points::Hasher>();
     check::<dapple_codec::probes::State>();
 }

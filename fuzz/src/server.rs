@@ -5,13 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use arbitrary::{Result, Unstructured};
 use dapple_codec::points::{
-    BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, PointWidths, StateDigest,
-    Update,
+    BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, PointWidths, Update,
 };
 use dapple_codec::probes::{self, Probe, Volume};
 use dapple_codec::{
-    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, TickRate, Track,
-    Transform,
+    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, StateDigest, Target,
+    TickRate, Track, Transform,
 };
 
 use crate::viewer::ShownTrack;

@@ -1,8 +1,10 @@
 //! What a `points` server puts into the frames of a stream (PSAO §3.4).
 
 use super::server::{Server, Track};
-use crate::codec::points::{Bucket, Cell, Coverage, EMPTY, StateDigest, Update};
-use crate::codec::{self, Compression, Encoder, LookupSpace, Model, Target, Transform};
+use crate::codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
+use crate::codec::{
+    self, Compression, Encoder, LookupSpace, Model, StateDigest, Target, Transform,
+};
 use crate::scene::Pose;
 use crate::{Error, Result};
 use glam::Affine3A;

@@ -11,7 +11,6 @@ mod sections;
 mod state;
 
 pub use crate::content::Coverage;
-pub use crate::digest::StateDigest;
 pub use crate::dirty::DirtyRange;
 pub use encode::Update;
 pub use hash::Hasher;
