@@ -4,9 +4,28 @@ use super::lattice::Lattice;
 use super::sample::Field;
 use super::sh::L2;
 use super::visibility::Visibility;
-use crate::codec::probes::{CODES, Texel, Volume, f32_from_f16};
+use crate::codec::probes::{Texel, Volume, f32_from_f16};
 use crate::codec::{Decoder, LiveTrack, Model};
 use glam::{Affine3A, Mat3A, Vec3};
+
+/// What values of a volume are multiplied by: two to its exponent.
+pub fn scale(exponent: i8) -> f32 {
+    2f32.powi(exponent.into())
+}
+
+/// The expansions of `count` probes, from [`TEXELS`](crate::codec::probes::TEXELS) planes of one texel a
+/// probe: value v of probe p (channel c of coefficient lm is `3 * lm + c`) is component `v % 4` of texel
+/// `v / 4 * count + p`, an f16 times [`scale`]. What is missing is 0.
+pub fn radiance(texels: &[Texel], count: usize, exponent: i8) -> Vec<L2> {
+    let scale = scale(exponent);
+    let value = |probe: usize, v: usize| {
+        let texel = texels.get(v / 4 * count + probe);
+        f32_from_f16(texel.map_or(0, |t| t[v % 4])) * scale
+    };
+    let expansion =
+        |probe| std::array::from_fn(|lm| Vec3::from([0, 1, 2].map(|c| value(probe, 3 * lm + c))));
+    (0..count).map(expansion).collect()
+}
 
 /// One volume as it was decoded.
 #[derive(Clone, Debug)]
@@ -27,18 +46,9 @@ impl ProbesVolume {
         };
         let state = decoder.probes();
         let texels = state.texels_of(live);
-        let count = volume.count();
-        let scale = 2f32.powi(volume.exponent.into());
-        let radiance = (0..count).map(|probe| {
-            let value = |v: usize| {
-                debug_assert!(v < CODES);
-                f32_from_f16(texels[v / 4 * count + probe][v % 4]) * scale
-            };
-            std::array::from_fn(|lm| Vec3::from([0, 1, 2].map(|c| value(3 * lm + c))))
-        });
         Some(ProbesVolume {
             texels: texels.to_vec(),
-            radiance: radiance.collect(),
+            radiance: radiance(texels, volume.count(), volume.exponent),
             present: state.probes_of(live).iter().map(|p| p.level > 0).collect(),
             visibility: state
                 .visibility_of(live)

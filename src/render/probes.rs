@@ -3,17 +3,14 @@
 
 pub mod device;
 
-use crate::codec::probes::{f16_from_f32, f32_from_f16};
-use crate::probes::client::ProbesVolume;
+use crate::codec::probes::{TEXELS, f16_from_f32};
+use crate::probes::client::{self, ProbesVolume};
 use crate::probes::lattice::Lattice;
 use crate::probes::sample::Field;
 use crate::probes::sh::L2;
 use crate::probes::visibility::Visibility;
 use crate::{Error, Result};
 use glam::{Affine3A, Vec3};
-
-/// Planes of texels: 27 values and a spare one, four a texel.
-pub const PLANES: usize = 7;
 
 pub use crate::codec::probes::Texel;
 
@@ -25,8 +22,7 @@ pub struct ProbeVolume<'a> {
     pub grid_from_world: Affine3A,
     /// Values are f16 times two to this.
     pub exponent: i8,
-    /// [`PLANES`] planes of one texel a probe: value v of probe p (channel c of coefficient lm is
-    /// `3 * lm + c`) is component `v % 4` of texel `v / 4 * count + p`.
+    /// [`TEXELS`] planes of one texel a probe, as [`client::radiance`] takes them.
     pub texels: &'a [Texel],
     /// Whether each probe is present.
     pub present: &'a [bool],
@@ -62,8 +58,8 @@ impl<'a> ProbeVolume<'a> {
         if count == 0 {
             return Err(Error::Invalid("a volume needs a probe".into()));
         }
-        if self.texels.len() != PLANES * count {
-            return wrong("texels", self.texels.len(), PLANES * count);
+        if self.texels.len() != TEXELS * count {
+            return wrong("texels", self.texels.len(), TEXELS * count);
         }
         if self.present.len() != count {
             return wrong("marks of presence", self.present.len(), count);
@@ -76,22 +72,12 @@ impl<'a> ProbeVolume<'a> {
 
     /// What a shader multiplies texels by.
     pub fn scale(&self) -> f32 {
-        f32::from(self.exponent).exp2()
+        client::scale(self.exponent)
     }
 
     /// The expansions of all probes, for [`ProbeVolume::field`].
     pub fn radiance(&self) -> Vec<L2> {
-        let count = self.lattice.count();
-        let value = |probe: usize, v: usize| {
-            let texel = self.texels.get(v / 4 * count + probe);
-            f32_from_f16(texel.map_or(0, |t| t[v % 4])) * self.scale()
-        };
-        let probe = |p: usize| {
-            std::array::from_fn(|lm| {
-                Vec3::new(value(p, 3 * lm), value(p, 3 * lm + 1), value(p, 3 * lm + 2))
-            })
-        };
-        (0..count).map(probe).collect()
+        client::radiance(self.texels, self.lattice.count(), self.exponent)
     }
 
     /// What the CPU's sampler looks up in. `radiance` is [`ProbeVolume::radiance`].
@@ -128,9 +114,9 @@ pub fn volume_at(volumes: &[ProbeVolume], world: Vec3) -> Option<usize> {
 
 /// Texels that hold expansions as the format would without coding them: the nearest f16.
 pub fn texels(radiance: &[L2], exponent: i8) -> Vec<Texel> {
-    let scale = f32::from(exponent).exp2().recip();
+    let scale = client::scale(exponent).recip();
     let count = radiance.len();
-    let mut texels = vec![[0; 4]; PLANES * count];
+    let mut texels = vec![[0; 4]; TEXELS * count];
     for (p, expansion) in radiance.iter().enumerate() {
         for (v, value) in expansion.iter().flat_map(Vec3::to_array).enumerate() {
             texels[v / 4 * count + p][v % 4] = f16_from_f32(value * scale);
@@ -147,7 +133,7 @@ pub fn exponent(radiance: &[L2]) -> i8 {
         .map(|c| c.abs().max_element())
         .fold(0.0, f32::max);
     (0i8..=64)
-        .find(|e| peak <= 65504.0 * f32::from(*e).exp2())
+        .find(|e| peak <= 65504.0 * client::scale(*e))
         .unwrap_or(64)
 }
 

@@ -1,6 +1,7 @@
 //! Probe volumes on a graphics device: the texels as a storage buffer and as seven 3D textures.
 
-use super::{PLANES, ProbeVolume};
+use super::ProbeVolume;
+use crate::codec::probes::TEXELS;
 use crate::probes::ggx::{ENVIRONMENT, LOBE};
 use crate::render::gpu::Gpu;
 use crate::{Error, Result};
@@ -148,5 +149,5 @@ fn planes(gpu: &Gpu, volume: &ProbeVolume) -> Result<Vec<wgpu::TextureView>> {
             .write_texture(texture.as_image_copy(), bytes, layout, size);
         texture.create_view(&Default::default())
     };
-    Ok(texels.take(PLANES).map(plane).collect())
+    Ok(texels.take(TEXELS).map(plane).collect())
 }

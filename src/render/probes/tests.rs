@@ -1,4 +1,5 @@
 use super::*;
+use crate::codec::probes::f32_from_f16;
 use crate::points::sample::tests::Random;
 
 /// A made-up volume that owns its arrays.
