@@ -1,4 +1,4 @@
-//! The samplers of the client against the query vectors: `points/sample.rs` on the CPU and, where
+//! The samplers of the client against the query vectors of `points`: `points/sample.rs` on the CPU and, where
 //! there is an adapter, `points/sample.wgsl`; both as Eq. 4 has it, without filling gaps.
 
 use dapple::codec::{Decoder, Event, Limits};
@@ -8,14 +8,21 @@ use dapple::render::gbuffer::{Fragment, GBuffer};
 use dapple::render::gpu::Gpu;
 use dapple::render::points::PointsPass;
 use dapple_conformance::protocol::POSITION_UNIT;
-use dapple_conformance::vector::{self, Kind, Query, Vector};
+use dapple_conformance::vector::{self, Kind, PointsQuery, Query, Vector};
 use glam::{DVec3, Vec3};
 
 fn vectors() -> Vec<Vector> {
     let mut vectors = vector::load(&vector::folder()).expect("the vectors");
-    vectors.retain(|vector| vector.kind == Kind::Queries);
+    vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "points");
     assert!(vectors.len() >= 12, "{} vectors", vectors.len());
     vectors
+}
+
+fn queries(vector: &Vector) -> impl Iterator<Item = &PointsQuery> {
+    vector.info.queries.iter().map(|query| match query {
+        Query::Points(query) => query,
+        Query::Probes(_) => panic!("{}: a query of probes", vector.path()),
+    })
 }
 
 /// What a stream leaves.
@@ -50,7 +57,7 @@ fn decoded(vector: &Vector) -> Decoded {
 
 impl Decoded {
     /// Index of a query's track.
-    fn track(&self, query: &Query) -> usize {
+    fn track(&self, query: &PointsQuery) -> usize {
         let mut live = self.decoder.tracks().iter();
         let index = live.position(|live| live.track.id == query.track);
         index.expect("a live track")
@@ -58,7 +65,7 @@ impl Decoded {
 }
 
 /// Grid-space position and unit normal.
-fn place(query: &Query) -> (Vec3, Vec3) {
+fn place(query: &PointsQuery) -> (Vec3, Vec3) {
     let position = Vec3::from(query.position.map(|v| v as f32)) * POSITION_UNIT;
     let normal = DVec3::from(query.normal.map(f64::from)).normalize();
     (position, normal.as_vec3())
@@ -66,7 +73,7 @@ fn place(query: &Query) -> (Vec3, Vec3) {
 
 fn check(vector: &Vector, results: &[f32]) {
     assert_eq!(results.len(), vector.info.queries.len());
-    for (query, ao) in vector.info.queries.iter().zip(results) {
+    for (query, ao) in queries(vector).zip(results) {
         let steps = f64::from(*ao) * 65536.0;
         let [low, high] = query.ao.map(f64::from);
         let path = vector.path();
@@ -81,7 +88,7 @@ fn check(vector: &Vector, results: &[f32]) {
 fn on_the_cpu() {
     for vector in vectors() {
         let decoded = decoded(&vector);
-        let ao = |query: &Query| {
+        let ao = |query: &PointsQuery| {
             let live = &decoded.decoder.tracks()[decoded.track(query)];
             let state = decoded.decoder.points();
             let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
@@ -96,7 +103,7 @@ fn on_the_cpu() {
             )
             .ao
         };
-        let results: Vec<f32> = vector.info.queries.iter().map(ao).collect();
+        let results: Vec<f32> = queries(&vector).map(ao).collect();
         check(&vector, &results);
     }
 }
@@ -116,7 +123,7 @@ fn on_a_device() {
     for vector in vectors() {
         let decoded = decoded(&vector);
         let instances: Vec<_> = (0..decoded.tracks.len() as u32).map(Some).collect();
-        let fragment = |query: &Query| {
+        let fragment = |query: &PointsQuery| {
             let (lookup_position, lookup_normal) = place(query);
             Fragment {
                 instance: decoded.track(query) as u32,
@@ -128,7 +135,7 @@ fn on_a_device() {
         let picture = GBuffer {
             width: vector.info.queries.len() as u32,
             height: 1,
-            fragments: vector.info.queries.iter().map(fragment).collect(),
+            fragments: queries(&vector).map(fragment).collect(),
         };
         let state = PointsState {
             tracks: &decoded.tracks,

@@ -271,7 +271,7 @@ impl Checks<'_> {
         let text = String::from_utf8_lossy(&answer.output);
         let lines: Vec<&str> = text.lines().collect();
         if answer.status != Status::Complete || lines.len() != queries.len() {
-            let expected = format!("{} values", queries.len());
+            let expected = format!("{} lines", queries.len());
             let got = match answer.status {
                 Status::Complete => format!("{} lines", lines.len()),
                 _ => verdict_text(&answer),
@@ -280,11 +280,18 @@ impl Checks<'_> {
             return Ok(());
         }
         for (number, (query, line)) in queries.iter().zip(lines).enumerate() {
-            let [low, high] = query.ao.map(|ao| f64::from(ao) / 65536.0);
-            let value = line.trim().parse::<f64>().ok();
-            if !value.is_some_and(|value| (low..=high).contains(&value)) {
-                let check = format!("query {number}: {}", query_line(query));
-                self.fail(self.lowest, &check, format!("{low} to {high}"), shown(line));
+            let numbers: Option<Vec<f64>> = line
+                .split_whitespace()
+                .map(|word| word.parse().ok())
+                .collect();
+            if !numbers.is_some_and(|numbers| query.takes(&numbers)) {
+                let check = format!("query {number}: {}", query.line());
+                let intervals = query.intervals();
+                let intervals = intervals
+                    .iter()
+                    .map(|[low, high]| format!("{low} to {high}"));
+                let expected = intervals.collect::<Vec<_>>().join(", ");
+                self.fail(self.lowest, &check, expected, shown(line));
             }
         }
         Ok(())
@@ -400,16 +407,10 @@ pub fn query_input(stream: &[u8], queries: &[Query]) -> Vec<u8> {
     let mut input = (stream.len() as u32).to_le_bytes().to_vec();
     input.extend(stream);
     for query in queries {
-        input.extend(query_line(query).bytes());
+        input.extend(query.line().bytes());
         input.push(b'\n');
     }
     input
-}
-
-fn query_line(query: &Query) -> String {
-    let [x, y, z] = query.position;
-    let [nx, ny, nz] = query.normal;
-    format!("{} {x} {y} {z} {nx} {ny} {nz}", query.track)
 }
 
 /// A refusal that does not say of what: so ends a program that dies with exit code 1, too.

@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dapple_codec::{Decoder, Error, Limit, Limits, LiveTrack};
+use dapple_codec::{Decoder, Error, Limit, Limits, LiveTrack, Model};
 use serde::{Deserialize, Serialize};
 
 use crate::dump;
+use crate::vector::Interpolation;
 
 /// What to do with the input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,7 +67,7 @@ pub struct Fault {
 pub struct Answer {
     /// How it ended.
     pub status: Status,
-    /// Dump, transcript or AO values.
+    /// Dump, transcript, or values of queries.
     pub output: Vec<u8>,
 }
 
@@ -85,8 +86,26 @@ pub fn split(answer: &Answer) -> (&[u8], Option<Fault>) {
     }
 }
 
-/// AO at a grid-space position (metres) with a unit normal on a track.
+/// AO at a grid-space position (metres) with a unit normal on a track of `points`.
 pub type Sampler = fn(&Decoder, &LiveTrack, [f32; 3], [f32; 3]) -> f32;
+
+/// Irradiance and filtered radiance, RGB each, of a surface in a track of `probes`.
+pub type LightSampler = fn(&Decoder, &LiveTrack, &Surface) -> [[f32; 3]; 2];
+
+/// What is lit, in grid space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Metres.
+    pub position: [f32; 3],
+    /// Unit.
+    pub normal: [f32; 3],
+    /// Unit, to the viewer.
+    pub view: [f32; 3],
+    /// 0 to 1.
+    pub roughness: f32,
+    /// How probes are weighed.
+    pub interpolation: Interpolation,
+}
 
 /// A decoder that can be asked.
 pub trait Program {
@@ -106,8 +125,10 @@ pub trait Program {
 /// `dapple-codec`, in this process.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Own {
-    /// What queries are answered with.
+    /// What queries of AO are answered with.
     pub sampler: Option<Sampler>,
+    /// What queries of light are answered with.
+    pub light: Option<LightSampler>,
 }
 
 impl Arguments {
@@ -328,9 +349,9 @@ impl Own {
             status: Status::NotImplemented,
             output: Vec::new(),
         };
-        let Some(sampler) = self.sampler else {
+        if self.sampler.is_none() && self.light.is_none() {
             return Ok(not_implemented);
-        };
+        }
         let short = || "the queries end within the stream".to_string();
         let (length, rest) = input.split_first_chunk::<4>().ok_or_else(short)?;
         let length = u32::from_le_bytes(*length) as usize;
@@ -342,8 +363,18 @@ impl Own {
         let lines = str::from_utf8(lines).map_err(|_| "the queries are not text")?;
         let mut output = String::new();
         for line in lines.lines() {
-            let ao = query(decoder, sampler, line).ok_or_else(|| format!("{line}: no query"))?;
-            let _ = writeln!(output, "{ao}");
+            let asked = ask(decoder, line).ok_or_else(|| format!("{line}: no query"))?;
+            let values = match (asked, self.sampler, self.light) {
+                ((live, Asked::Ao(x, n)), Some(sampler), _) => {
+                    vec![sampler(decoder, live, x, n)]
+                }
+                ((live, Asked::Light(surface)), _, Some(light)) => {
+                    light(decoder, live, &surface).concat()
+                }
+                _ => return Ok(not_implemented),
+            };
+            let words: Vec<String> = values.iter().map(f32::to_string).collect();
+            let _ = writeln!(output, "{}", words.join(" "));
         }
         Ok(Answer {
             status: Status::Complete,
@@ -355,25 +386,51 @@ impl Own {
 /// Metres a unit of a query's position.
 pub const POSITION_UNIT: f32 = 1.0 / 65536.0;
 
-/// The AO that a line asks for; `None` where it is no query of a track that there is.
-fn query(decoder: &Decoder, sampler: Sampler, line: &str) -> Option<f32> {
-    let (track, vectors) = line.split_once(' ')?;
+/// What a line asks for.
+enum Asked {
+    /// AO at a position with a unit normal.
+    Ao([f32; 3], [f32; 3]),
+    /// Light.
+    Light(Surface),
+}
+
+/// What a line asks of which track; `None` where it is no query of one that there is.
+fn ask<'d>(decoder: &'d Decoder, line: &str) -> Option<(&'d LiveTrack, Asked)> {
+    let (track, rest) = line.split_once(' ')?;
     let track: u32 = track.parse().ok()?;
-    let numbers: Vec<i32> = vectors
+    let mut tracks = decoder.tracks().iter();
+    let live = tracks.find(|live| live.track.id == track)?;
+    let probes = matches!(live.track.model, Model::Probes(_));
+    let (numbers, interpolation) = match probes {
+        true => rest.rsplit_once(' ')?,
+        false => (rest, ""),
+    };
+    let numbers: Vec<i32> = numbers
         .split(' ')
         .map(|word| word.parse().ok())
         .collect::<Option<_>>()?;
-    let &[x, y, z, nx, ny, nz] = numbers.as_slice() else {
-        return None;
-    };
-    let mut tracks = decoder.tracks().iter();
-    let live = tracks.find(|live| live.track.id == track)?;
+    let (&[x, y, z, nx, ny, nz], more) = numbers.split_first_chunk()?;
     let position = [x, y, z].map(|v| v as f32 * POSITION_UNIT);
-    let normal = [nx, ny, nz].map(f64::from);
-    let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if length == 0.0 {
-        return None;
-    }
-    let normal = normal.map(|v| (v / length) as f32);
-    Some(sampler(decoder, live, position, normal))
+    let normal = unit([nx, ny, nz])?;
+    let asked = match *more {
+        [] if !probes => Asked::Ao(position, normal),
+        [vx, vy, vz, roughness @ 0..=65536] if probes => Asked::Light(Surface {
+            position,
+            normal,
+            view: unit([vx, vy, vz])?,
+            roughness: roughness as f32 / 65536.0,
+            interpolation: *Interpolation::ALL
+                .iter()
+                .find(|i| i.name() == interpolation)?,
+        }),
+        _ => return None,
+    };
+    Some((live, asked))
+}
+
+/// The unit vector of a direction; `None` of none.
+fn unit(direction: [i32; 3]) -> Option<[f32; 3]> {
+    let direction = direction.map(f64::from);
+    let length = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
+    (length > 0.0).then(|| direction.map(|v| (v / length) as f32))
 }

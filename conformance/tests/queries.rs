@@ -8,7 +8,7 @@ use dapple_conformance::generate;
 use dapple_conformance::generate::frames::{Frames, entry, filled};
 use dapple_conformance::generate::queries::Draw;
 use dapple_conformance::generate::sampling::{all, look_up, occlusion, place, within_block};
-use dapple_conformance::vector::{Kind, Query, Vector};
+use dapple_conformance::vector::{Kind, PointsQuery, Query, Vector};
 
 #[test]
 fn the_oracle_finds_what_a_search_over_all_points_finds() {
@@ -48,7 +48,7 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
                 let span = (u32::from(dim) + 2) * 32768;
                 draw.below(span) as i32 - 32768
             };
-            let query = Query {
+            let query = PointsQuery {
                 track: 1,
                 position: entry.dims.map(|dim| spread(dim, &mut draw)),
                 normal: [0; 3].map(|_| draw.below(2001) as i32 - 1000),
@@ -84,7 +84,7 @@ fn questions_at_a_threshold_are_refused() {
         let position = x.map(|v| (v * 65536.0) as i32);
         look_up(
             &held,
-            &Query {
+            &PointsQuery {
                 track: 1,
                 position,
                 normal,
@@ -114,7 +114,7 @@ fn questions_at_a_threshold_are_refused() {
         "almost at the point"
     );
     assert!(ask([at, at, at], [0; 3]).is_err(), "no normal");
-    let far = Query {
+    let far = PointsQuery {
         track: 1,
         position: [(1 << 25) + 1, 7, 7],
         normal: [1; 3],
@@ -270,7 +270,7 @@ fn bucket(grid: &Grid, cube: [u32; 3], wrong: impl Fn(Mistake) -> bool) -> u32 {
     (hash % count) as u32
 }
 
-fn sample(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> f64 {
+fn sample(decoder: &Decoder, query: &PointsQuery, mistake: Option<Mistake>) -> f64 {
     let wrong = |m: Mistake| mistake == Some(m);
     let mut tracks = decoder.tracks().iter();
     let live = match wrong(FirstTrack) {
@@ -369,10 +369,12 @@ fn sample(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> f64 {
     }
 }
 
-/// Vectors with queries, and what their streams decode to.
+/// Vectors with queries of points, and what their streams decode to.
 fn decoded() -> Vec<(Vector, Decoder)> {
     let vectors = generate::all().expect("the vectors");
-    let queries = vectors.into_iter().filter(|v| v.kind == Kind::Queries);
+    let queries = vectors
+        .into_iter()
+        .filter(|v| v.kind == Kind::Queries && v.area == "points");
     let decode = |vector: Vector| {
         let mut decoder = Decoder::new(Limits::default());
         let mut input = &vector.bytes[..];
@@ -387,9 +389,11 @@ fn decoded() -> Vec<(Vector, Decoder)> {
     queries.map(decode).collect()
 }
 
-fn right(query: &Query, ao: f64) -> bool {
-    let [low, high] = query.ao.map(f64::from);
-    (low..=high).contains(&(ao * 65536.0))
+fn right(query: &Query, sample: impl Fn(&PointsQuery) -> f64) -> bool {
+    match query {
+        Query::Points(points) => query.takes(&[sample(points)]),
+        Query::Probes(_) => false,
+    }
 }
 
 #[test]
@@ -405,7 +409,7 @@ fn each_mistake_of_a_sampler_shows() {
         let mut names = Vec::new();
         for (vector, decoder) in &decoded {
             let mut queries = vector.info.queries.iter();
-            if !queries.all(|query| right(query, sample(decoder, query, mistake))) {
+            if !queries.all(|query| right(query, |query| sample(decoder, query, mistake))) {
                 names.push(vector.name.as_str());
             }
         }

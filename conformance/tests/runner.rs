@@ -5,12 +5,15 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dapple_conformance::checks::query_input;
+use dapple_conformance::forge::probes::Volume;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
 use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
-use dapple_conformance::vector::{Class, Info, Kind, Query, Vector, files_of, load, sha256};
+use dapple_conformance::vector::{
+    Class, Info, Interpolation, Kind, PointsQuery, Query, Vector, files_of, load, sha256,
+};
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
 const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
@@ -45,12 +48,12 @@ fn vector(kind: Kind, name: &str, bytes: Vec<u8>, limits: &[(&str, u64)]) -> Vec
     let (dump, error) = split(&answer);
     let hash = Some(sha256(dump));
     let queries = match kind {
-        Kind::Queries => vec![Query {
+        Kind::Queries => vec![Query::Points(PointsQuery {
             track: 1,
             position: [49152; 3],
             normal: [0, 1, 0],
             ao: [16384, 32768],
-        }],
+        })],
         _ => Vec::new(),
     };
     let info = Info {
@@ -437,12 +440,12 @@ fn vectors_are_read_with_care() {
         (
             4,
             |i| {
-                i.queries = vec![Query {
+                i.queries = vec![Query::Points(PointsQuery {
                     track: 1,
                     position: [0; 3],
                     normal: [0, 1, 0],
                     ao: [0, 1],
-                }]
+                })]
             },
             "queries belong",
         ),
@@ -478,6 +481,7 @@ fn vectors_are_read_with_care() {
 fn a_query_is_seven_numbers_in_range() {
     let mut own = Own {
         sampler: Some(|_, _, _, normal| normal[1]),
+        ..Own::default()
     };
     let arguments = Arguments {
         mode: Mode::Queries,
@@ -508,6 +512,65 @@ fn a_query_is_seven_numbers_in_range() {
     }
 }
 
+/// What was asked, in order.
+#[test]
+fn a_query_of_light_is_eleven_numbers_and_a_word() {
+    let mut own = Own {
+        light: Some(|_, _, s| {
+            let resistant = s.interpolation == Interpolation::Resistant;
+            let roughness = s.roughness;
+            [
+                s.position,
+                [
+                    s.normal[1],
+                    s.view[0],
+                    if resistant { roughness } else { -1.0 },
+                ],
+            ]
+        }),
+        ..Own::default()
+    };
+    let arguments = Arguments {
+        mode: Mode::Queries,
+        ..Arguments::default()
+    };
+    let entry = Entry::of_volume(3, Volume::packed([1, 2, 1]));
+    let mut forge = Forge::started();
+    forge.put(kind::TRACK, &tracks(&[entry]));
+    let stream = forge.ended();
+    let mut ask = |line: &str| {
+        let mut input = query_input(&stream, &[]);
+        input.extend(line.bytes());
+        own.ask(&arguments, &input)
+    };
+    let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 16384 resistant\n").expect("a line");
+    assert_eq!(answer.output, b"1 -0.5 0 -1 1 0.25\n");
+    let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 65536 trilinear\n").expect("a line");
+    assert_eq!(answer.output, b"1 -0.5 0 -1 1 -1\n");
+    for line in [
+        "3 0 0 0 0 1 0\n",
+        "3 0 0 0 0 1 0 0 1 0 0\n",
+        "3 0 0 0 0 1 0 0 1 0 0 other\n",
+        "3 0 0 0 0 1 0 0 1 0 resistant\n",
+        "3 0 0 0 0 1 0 0 1 0 65537 resistant\n",
+        "3 0 0 0 0 1 0 0 1 0 -1 resistant\n",
+        "3 0 0 0 0 0 0 0 1 0 0 resistant\n",
+        "3 0 0 0 0 1 0 0 0 0 0 resistant\n",
+        "2 0 0 0 0 1 0 0 1 0 0 resistant\n",
+    ] {
+        assert!(ask(line).is_err_and(|e| e.contains("no query")), "{line}");
+    }
+    // Who samples points alone does not do this.
+    let mut own = Own {
+        sampler: Some(|_, _, _, _| 1.0),
+        ..Own::default()
+    };
+    let mut input = query_input(&stream, &[]);
+    input.extend(b"3 0 0 0 0 1 0 0 1 0 0 resistant\n");
+    let answer = own.ask(&arguments, &input).expect("an answer");
+    assert_eq!(answer.status, Status::NotImplemented);
+}
+
 #[test]
 fn queries_are_held_to_their_intervals() {
     let vectors = vectors();
@@ -524,6 +587,7 @@ fn queries_are_held_to_their_intervals() {
         let sampler = samplers.iter().find(|s| s.0.to_bits() == ao.to_bits());
         let mut own = Own {
             sampler: sampler.map(|s| s.1),
+            ..Own::default()
         };
         let report = held(&mut own, &vectors, &Options::default());
         assert_eq!(verdict(&report, "point", Level::Queries), expected);
@@ -534,6 +598,7 @@ fn queries_are_held_to_their_intervals() {
 fn a_panic_is_a_failure_of_its_vector() {
     let mut own = Own {
         sampler: Some(|_, _, _, _| panic!("on purpose")),
+        ..Own::default()
     };
     let report = held(&mut own, &vectors(), &Options::default());
     assert_eq!(verdict(&report, "point", Level::Queries), Verdict::Failed);
@@ -588,6 +653,7 @@ fn what_is_not_implemented_does_not_pass() {
     assert!(text.ends_with("\nnothing failed, 1 not implemented\n"));
     let mut own = Own {
         sampler: Some(|_, _, _, _| 0.25),
+        ..Own::default()
     };
     let report = held(&mut own, &vectors, &Options::default());
     assert_eq!(report.result(), "passed");

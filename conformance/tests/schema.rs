@@ -159,6 +159,25 @@ fn what_no_vector_says_does_not_fit() {
         *bad.pointer_mut(place).expect("a place") = value;
         assert!(fault(&schema, &schema, &bad).is_err(), "{bad}");
     }
+    let light = json!([[0, 1], [0, 1], [0, 1]]);
+    let probes = json!([{
+        "track": 1, "position": [0, 0, 0], "normal": [0, 0, 1], "view": [0, 0, 1],
+        "roughness": 65536, "interpolation": "resistant", "irradiance": light, "radiance": light,
+    }]);
+    let mut asking = good.clone();
+    asking["queries"] = probes.clone();
+    assert_eq!(fault(&schema, &schema, &asking), Ok(()));
+    for (name, value) in [
+        ("roughness", json!(65537)),
+        ("interpolation", json!("nearest")),
+        ("irradiance", json!([[0, 1], [0, 1]])),
+        ("radiance", json!([[0, 1], [0, 1], [0, -1]])),
+        ("ao", json!([0, 1])),
+    ] {
+        asking["queries"] = probes.clone();
+        asking["queries"][0][name] = value;
+        assert!(fault(&schema, &schema, &asking).is_err(), "{asking}");
+    }
     for (name, value) in [
         ("other", json!(1)),
         ("dump_sha256", json!(hash)),

@@ -9,16 +9,18 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{Own, Program};
+use dapple_conformance::protocol::{Own, Program, Surface};
 use dapple_conformance::report;
 use dapple_conformance::run::{self, Report};
-use dapple_conformance::vector::{self, Vector};
+use dapple_conformance::vector::{self, Interpolation, Vector};
 use glam::Vec3;
 
 use super::progress::Progress;
 use super::{output, tell};
 use crate::codec::{Decoder, LiveTrack};
 use crate::points::sample::{self, Fallback};
+use crate::probes;
+use crate::probes::client::ProbesVolume;
 use crate::{Error, Result};
 
 /// Hold a decoder against the conformance vectors: exit code 0 if all pass, 1 if any fails.
@@ -137,6 +139,7 @@ fn program(args: &Args) -> Box<dyn Program> {
     let Some(command) = &args.decoder else {
         return Box::new(Own {
             sampler: Some(ambient_occlusion),
+            light: Some(light),
         });
     };
     let foreign = Foreign {
@@ -171,6 +174,21 @@ fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 
     let (buckets, cells) = (state.buckets_of(live), state.cells_of(live));
     let (x, n) = (Vec3::from(x), Vec3::from(n));
     sample::sample(grid, buckets, cells, x, n, Fallback::One).ao
+}
+
+/// Irradiance and filtered radiance of a surface of a volume.
+fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2] {
+    // Nothing lights a track of another model.
+    let Some(volume) = ProbesVolume::new(decoder, live) else {
+        return [[0.0; 3]; 2];
+    };
+    let [x, n, v] = [surface.position, surface.normal, surface.view].map(Vec3::from);
+    let radiance = match surface.interpolation {
+        Interpolation::Trilinear => probes::sample::trilinear(&volume.field(), x),
+        Interpolation::Resistant => probes::sample::resistant(&volume.field(), x, n, v),
+    };
+    let light = probes::sample::arriving(&radiance, n, v, surface.roughness);
+    [light.irradiance.to_array(), light.filtered.to_array()]
 }
 
 fn write_reports(args: &Args, report: &Report, clauses: &[Clause]) -> Result<()> {

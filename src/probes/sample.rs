@@ -108,6 +108,26 @@ pub struct Material {
     pub roughness: f32,
 }
 
+/// Light that arrives at a surface, linear RGB: what the format's sampler ends with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Arriving {
+    pub irradiance: Vec3,
+    /// Radiance over the glossy lobe.
+    pub filtered: Vec3,
+}
+
+/// Light that arrives at a surface of unit normal `n` and of `roughness` 0 to 1, seen from unit
+/// direction `v`: irradiance about n, and the lobe's mean about [`ggx::lobe_direction`]. Where an
+/// expansion rings below zero, it counts as zero.
+pub fn arriving(radiance: &L2, n: Vec3, v: Vec3, roughness: f32) -> Arriving {
+    let direction = ggx::lobe_direction(n, v, roughness);
+    let filtered = sh::convolved(radiance, &ggx::lobe(roughness), direction);
+    Arriving {
+        irradiance: sh::irradiance(radiance, n).max(Vec3::ZERO),
+        filtered: filtered.max(Vec3::ZERO),
+    }
+}
+
 /// Radiance towards the viewer, linear RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Indirect {
@@ -117,22 +137,19 @@ pub struct Indirect {
 
 /// Indirect light of a surface of unit normal `n` seen from unit direction `v`.
 ///
-/// `f0 = mix(0.04, base_color, metallic)`; glossy: the lobe's value about [`ggx::lobe_direction`]
-/// times `f0 * scale + bias`; diffuse: `base_color (1 - metallic) / pi` times irradiance, times what
-/// the dielectric's gloss leaves, `1 - (0.04 * scale + bias)`, so that no light is made. Where an
-/// expansion rings below zero, it counts as zero.
+/// `f0 = mix(0.04, base_color, metallic)`; glossy: what arrives over the lobe times
+/// `f0 * scale + bias`; diffuse: `base_color (1 - metallic) / pi` times irradiance, times what the
+/// dielectric's gloss leaves, `1 - (0.04 * scale + bias)`, so that no light is made.
 pub fn shade(radiance: &L2, material: &Material, n: Vec3, v: Vec3) -> Indirect {
     let roughness = material.roughness.clamp(0.0, 1.0);
     let metallic = material.metallic.clamp(0.0, 1.0);
     let [scale, bias] = ggx::environment(n.dot(v), roughness);
     let f0 = Vec3::splat(DIELECTRIC).lerp(material.base_color, metallic);
-    let lobe = ggx::lobe_direction(n, v, roughness);
-    let reflected = sh::convolved(radiance, &ggx::lobe(roughness), lobe).max(Vec3::ZERO);
-    let irradiance = sh::irradiance(radiance, n).max(Vec3::ZERO);
+    let light = arriving(radiance, n, v, roughness);
     let left = 1.0 - (DIELECTRIC * scale + bias);
     Indirect {
-        diffuse: material.base_color * irradiance * ((1.0 - metallic) * left / PI),
-        glossy: reflected * (f0 * scale + bias),
+        diffuse: material.base_color * light.irradiance * ((1.0 - metallic) * left / PI),
+        glossy: light.filtered * (f0 * scale + bias),
     }
 }
 

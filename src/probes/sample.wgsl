@@ -141,10 +141,11 @@ fn share(probe: u32, offset: vec3f) -> f32 {
     let distance = length(offset);
     let m = moments(probe, offset);
     let mean = m.x;
-    if distance <= mean || mean >= volume.range {
+    let code = volume.range / 255.0;
+    // Rounding may leave a mean of texels that are all 255 a little below the range.
+    if distance <= mean || mean >= volume.range - 0.5 * code {
         return 1.0;
     }
-    let code = volume.range / 255.0;
     let variance = max(m.y - mean * mean, code * code);
     let beyond = distance - mean;
     let bound = variance / (variance + beyond * beyond);
@@ -243,6 +244,18 @@ fn lobe_direction(n: vec3f, v: vec3f, roughness: f32) -> vec3f {
     return select(n, d / size, size > 1e-30);
 }
 
+struct Arriving {
+    irradiance: vec3f,
+    filtered: vec3f,
+}
+
+fn arriving(radiance: L2, n: vec3f, v: vec3f, roughness: f32) -> Arriving {
+    let direction = lobe_direction(n, v, roughness);
+    let irradiance = max(convolved(radiance, COSINE, n), vec3f(0.0));
+    let filtered = max(convolved(radiance, lobe(roughness), direction), vec3f(0.0));
+    return Arriving(irradiance, filtered);
+}
+
 struct Indirect {
     diffuse: vec3f,
     glossy: vec3f,
@@ -260,12 +273,10 @@ fn shade(
     let metallic = clamp(metallic_, 0.0, 1.0);
     let e = environment(dot(n, v), roughness);
     let f0 = mix(vec3f(DIELECTRIC), base_color, metallic);
-    let direction = lobe_direction(n, v, roughness);
-    let reflected = max(convolved(radiance, lobe(roughness), direction), vec3f(0.0));
-    let irradiance = max(convolved(radiance, COSINE, n), vec3f(0.0));
+    let light = arriving(radiance, n, v, roughness);
     let left = 1.0 - (DIELECTRIC * e.x + e.y);
     var out: Indirect;
-    out.diffuse = base_color * irradiance * ((1.0 - metallic) * left / PI);
-    out.glossy = reflected * (f0 * e.x + e.y);
+    out.diffuse = base_color * light.irradiance * ((1.0 - metallic) * left / PI);
+    out.glossy = light.filtered * (f0 * e.x + e.y);
     return out;
 }

@@ -34,10 +34,11 @@ impl Visibility<'_> {
     pub fn share(&self, probe: usize, offset: Vec3) -> f32 {
         let distance = offset.length();
         let (mean, square) = self.moments(probe, offset);
-        if distance <= mean || mean >= self.range {
+        let code = self.range / 255.0;
+        // Rounding may leave a mean of texels that are all 255 a little below the range.
+        if distance <= mean || mean >= self.range - 0.5 * code {
             return 1.0;
         }
-        let code = self.range / 255.0;
         let variance = (square - mean * mean).max(code * code);
         let beyond = distance - mean;
         let bound = variance / (variance + beyond * beyond);

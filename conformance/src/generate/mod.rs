@@ -4,6 +4,7 @@
 mod container;
 pub mod frames;
 pub mod held;
+pub mod lighting;
 mod limits;
 mod packing;
 mod plan;

@@ -1,15 +1,16 @@
-//! Query vectors: streams, and what a sampler must find in them. The intervals come from
-//! [`super::sampling`].
+//! Query vectors: streams, and what a sampler must find in them. Those of points are asked here, with
+//! intervals from [`super::sampling`]; those of probes in [`probes`].
 
 mod content;
 mod geometry;
+mod probes;
 
 use super::Draft;
 use super::frames::{Frames, entry, filled};
 use super::held::Held;
 use super::sampling::{Point, all, bounds, look_up};
 use crate::forge::{Entry, Part};
-use crate::vector::Query;
+use crate::vector::{PointsQuery, Query};
 
 /// Adds the vectors of this part.
 ///
@@ -25,7 +26,8 @@ pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     content::shared_buckets(drafts)?;
     geometry::large(drafts)?;
     geometry::sizes(drafts)?;
-    content::states(drafts)
+    content::states(drafts)?;
+    probes::add(drafts)
 }
 
 const X: [i32; 3] = [1, 0, 0];
@@ -95,7 +97,7 @@ fn still(entry: &Entry, content: &[([u32; 3], Vec<u32>)]) -> Frames {
 struct Asked<'n> {
     name: &'n str,
     frames: Frames,
-    queries: Vec<Query>,
+    queries: Vec<PointsQuery>,
 }
 
 impl<'n> Asked<'n> {
@@ -114,7 +116,7 @@ impl<'n> Asked<'n> {
 
     /// Asks at a position in metres, rounded to what a query can say.
     fn ask(&mut self, track: u32, x: [f64; 3], normal: [i32; 3]) -> Result<&mut Self, String> {
-        let mut query = Query {
+        let mut query = PointsQuery {
             track,
             position: x.map(|v| (v * 65536.0).round() as i32),
             normal,
@@ -175,7 +177,7 @@ impl<'n> Asked<'n> {
                 let own = if any { 0.0 } else { v };
                 ((own + 0.4 * draw.signed()) * 1000.0).round() as i32
             });
-            let query = Query {
+            let query = PointsQuery {
                 track,
                 position: x.map(|v| (v * 65536.0).round() as i32),
                 normal,
@@ -186,7 +188,7 @@ impl<'n> Asked<'n> {
             };
             if found.weight > 0.1 || (any && found.weight == 0.0) {
                 asked += 1;
-                self.queries.push(Query {
+                self.queries.push(PointsQuery {
                     ao: bounds(found),
                     ..query
                 });
@@ -202,7 +204,7 @@ impl<'n> Asked<'n> {
             clauses,
             comment,
             self.frames.ended(),
-            std::mem::take(&mut self.queries),
+            self.queries.drain(..).map(Query::Points).collect(),
         ));
     }
 }

@@ -2,7 +2,7 @@
 //! of its thresholds, so that rounding could decide it, is refused.
 
 use crate::forge::Entry;
-use crate::vector::Query;
+use crate::vector::PointsQuery;
 
 use super::held::Held;
 
@@ -11,7 +11,7 @@ pub const T_N: f64 = 0.1;
 /// Largest squared cosine between a point's normal and the direction to it (Eq. 3).
 pub const T_D: f64 = 0.7;
 
-/// How far a sampler may be from the oracle: 16 of the 65536 steps of a [`Query`]'s bounds.
+/// How far a sampler may be from the oracle: 16 of the 65536 steps of a [`PointsQuery`]'s bounds.
 ///
 /// In f32 a weight errs by a few roundings of numbers up to 1 and of a distance over the radius:
 /// below [`WEIGHT_ERROR`]. What that does to the AO is worked out for each question and held to
@@ -83,7 +83,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Position (metres) and unit normal of a question.
-pub fn place(query: &Query) -> ([f64; 3], [f64; 3]) {
+pub fn place(query: &PointsQuery) -> ([f64; 3], [f64; 3]) {
     let position = query.position.map(|v| f64::from(v) / 65536.0);
     (position, unit(query.normal.map(f64::from)))
 }
@@ -198,7 +198,7 @@ pub fn occlusion(
 ///
 /// # Errors
 /// As [`occlusion`]; also where the position is no f32, and where the normal is none.
-pub fn look_up(held: &Held, query: &Query) -> Result<Found, String> {
+pub fn look_up(held: &Held, query: &PointsQuery) -> Result<Found, String> {
     if let Some(v) = query
         .position
         .iter()

@@ -1,0 +1,231 @@
+//! The samplers of the client against the query vectors of `probes`: `probes/sample.rs` on the CPU
+//! and, where there is an adapter, `probes/sample.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+use dapple::codec::{Decoder, Event, Limits};
+use dapple::probes::client::ProbesVolume;
+use dapple::probes::{ggx, sample, visibility};
+use dapple::render::gpu::Gpu;
+use dapple::render::probes::ProbeVolume;
+use dapple::render::probes::device::{Tables, Volume};
+use dapple_conformance::generate::lighting;
+use dapple_conformance::protocol::POSITION_UNIT;
+use dapple_conformance::vector::{self, Interpolation, Kind, ProbesQuery, Query, Vector};
+use glam::{DVec3, Vec3};
+
+fn vectors() -> Vec<Vector> {
+    let mut vectors = vector::load(&vector::folder()).expect("the vectors");
+    vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "probes");
+    assert!(vectors.len() >= 40, "{} vectors", vectors.len());
+    vectors
+}
+
+/// What a stream leaves: ids and volumes.
+fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
+    let mut decoder = Decoder::new(Limits::default());
+    let mut input = &vector.bytes[..];
+    loop {
+        let (used, event) = decoder.push(input).expect("a valid stream");
+        input = &input[used..];
+        match event {
+            Event::End => break,
+            Event::NeedInput => panic!("{}: cut off", vector.path()),
+            _ => {}
+        }
+    }
+    let volume = |live: &dapple::codec::LiveTrack| {
+        let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
+        (live.track.id, volume)
+    };
+    decoder.tracks().iter().map(volume).collect()
+}
+
+/// The queries of a track, each with its number.
+fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)> {
+    let queries = vector.info.queries.iter().enumerate();
+    let queries = queries.map(|(number, query)| match query {
+        Query::Probes(query) => (number, query),
+        Query::Points(_) => panic!("{}: a query of points", vector.path()),
+    });
+    queries.filter(|(_, query)| query.track == track).collect()
+}
+
+/// Grid-space position, unit normal and unit direction to the viewer.
+fn place(query: &ProbesQuery) -> [Vec3; 3] {
+    let unit = |v: [i32; 3]| DVec3::from(v.map(f64::from)).normalize().as_vec3();
+    let position = Vec3::from(query.position.map(|v| v as f32)) * POSITION_UNIT;
+    [position, unit(query.normal), unit(query.view)]
+}
+
+fn roughness(query: &ProbesQuery) -> f32 {
+    query.roughness as f32 / 65536.0
+}
+
+/// Irradiance and filtered radiance of a query must lie in its intervals.
+fn check(vector: &Vector, number: usize, irradiance: Vec3, filtered: Vec3) {
+    let answer = [irradiance, filtered].map(|v| v.to_array().map(f64::from));
+    let query = &vector.info.queries[number];
+    let path = vector.path();
+    assert!(
+        query.takes(answer.as_flattened()),
+        "{path}: {answer:?} for {query:?}: {:?}",
+        query.intervals()
+    );
+}
+
+#[test]
+fn on_the_cpu() {
+    for vector in vectors() {
+        let mut asked = 0;
+        for (id, volume) in decoded(&vector) {
+            let field = volume.field();
+            for (number, query) in queries(&vector, id) {
+                let [x, n, v] = place(query);
+                let light = match query.interpolation {
+                    Interpolation::Trilinear => sample::trilinear(&field, x),
+                    Interpolation::Resistant => sample::resistant(&field, x, n, v),
+                };
+                let light = sample::arriving(&light, n, v, roughness(query));
+                check(&vector, number, light.irradiance, light.filtered);
+                asked += 1;
+            }
+        }
+        assert_eq!(asked, vector.info.queries.len());
+    }
+}
+
+/// 48 bytes, as in `ask.wgsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Question {
+    position: [f32; 3],
+    roughness: f32,
+    normal: [f32; 3],
+    resistant: u32,
+    view: [f32; 3],
+    pad: u32,
+}
+
+impl Question {
+    fn of(query: &ProbesQuery) -> Question {
+        let [position, normal, view] = place(query).map(|v| v.to_array());
+        Question {
+            position,
+            roughness: roughness(query),
+            normal,
+            resistant: u32::from(query.interpolation == Interpolation::Resistant),
+            view,
+            pad: 0,
+        }
+    }
+}
+
+/// The answers of the shader to questions in a volume.
+fn ask(
+    gpu: &Gpu,
+    pipeline: &wgpu::ComputePipeline,
+    tables: &Tables,
+    volume: &ProbesVolume,
+    questions: &[Question],
+) -> Vec<[Vec3; 2]> {
+    let on_device = Volume::new(gpu, &ProbeVolume::of(volume)).expect("the volume fits");
+    let questions_ = gpu.storage("questions", bytemuck::cast_slice(questions));
+    let questions_ = questions_.expect("the questions fit");
+    let size = 32 * questions.len() as u64;
+    let answers = gpu.empty_storage("answers", size).expect("they fit");
+    let staging = gpu.staging(size);
+    let asked = gpu.bind(&pipeline.get_bind_group_layout(0), &[&questions_, &answers]);
+    let sampler = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(1),
+        // No question needs the environment BRDF, which is binding 5.
+        entries: &on_device
+            .entries(tables)
+            .into_iter()
+            .filter(|entry| entry.binding != 5)
+            .collect::<Vec<_>>(),
+    });
+    let mut commands = gpu.device.create_command_encoder(&Default::default());
+    {
+        let mut pass = commands.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &asked, &[]);
+        pass.set_bind_group(1, &sampler, &[]);
+        pass.dispatch_workgroups(questions.len().div_ceil(64) as u32, 1, 1);
+    }
+    commands.copy_buffer_to_buffer(&answers, 0, &staging, 0, size);
+    let answer = |bytes: &[u8]| {
+        let vectors: [[f32; 4]; 2] = bytemuck::pod_read_unaligned(bytes);
+        vectors.map(|[x, y, z, _]| Vec3::new(x, y, z))
+    };
+    let answers = gpu.read(commands, &staging, |bytes| {
+        bytes.chunks_exact(32).map(answer).collect()
+    });
+    answers.expect("the shader runs")
+}
+
+#[test]
+fn on_a_device() {
+    let gpu = match Gpu::new() {
+        Ok(gpu) => gpu,
+        Err(e) if std::env::var_os("CI").is_some() => panic!("CI needs an adapter: {e}"),
+        Err(e) => {
+            eprintln!("skipped: {e}");
+            return;
+        }
+    };
+    let source = concat!(
+        include_str!("../src/probes/sample.wgsl"),
+        include_str!("probes_queries/ask.wgsl")
+    );
+    let module = wgpu::ShaderModuleDescriptor {
+        label: Some("ask.wgsl"),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    };
+    let module = gpu.device.create_shader_module(module);
+    let pipeline = wgpu::ComputePipelineDescriptor {
+        label: Some("ask"),
+        layout: None,
+        module: &module,
+        entry_point: Some("ask"),
+        compilation_options: Default::default(),
+        cache: None,
+    };
+    let pipeline = gpu.device.create_compute_pipeline(&pipeline);
+    gpu.check().expect("the shader is sound");
+    let tables = Tables::new(&gpu).expect("the tables fit");
+    for vector in vectors() {
+        let mut asked = 0;
+        for (id, volume) in decoded(&vector) {
+            let queries = queries(&vector, id);
+            let questions: Vec<_> = queries.iter().map(|(_, q)| Question::of(q)).collect();
+            let answers = ask(&gpu, &pipeline, &tables, &volume, &questions);
+            for ((number, _), [irradiance, filtered]) in queries.iter().zip(answers) {
+                check(&vector, *number, irradiance, filtered);
+                asked += 1;
+            }
+        }
+        assert_eq!(asked, vector.info.queries.len());
+    }
+}
+
+/// Specification, oracle and client have the same numbers.
+#[test]
+fn the_constants_are_those_of_the_specification() {
+    let own = [
+        ("WRAP", sample::WRAP),
+        ("NORMAL_BIAS", sample::NORMAL_BIAS),
+        ("VIEW_BIAS", sample::VIEW_BIAS),
+        ("CRUSH", visibility::CRUSH),
+        ("UNSEEN", sample::UNSEEN),
+        ("ABSENT", sample::ABSENT),
+    ];
+    for ((name, value), (other, stated)) in own.iter().zip(lighting::CONSTANTS) {
+        assert_eq!((*name, *value), (other, stated as f32));
+    }
+    for (i, entry) in ggx::LOBE.iter().enumerate() {
+        for (own, stated) in entry.iter().zip(lighting::lobe(i)) {
+            assert!((f64::from(*own) - stated).abs() < 1e-6, "{i}");
+        }
+    }
+}
