@@ -2,14 +2,16 @@
 //! and, where there is an adapter, `probes/sample.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use dapple::codec::{Decoder, Event, Limits};
+use dapple::codec::{Decoder, Event, Limits, LiveTrack};
 use dapple::probes::client::ProbesVolume;
+use dapple::probes::sample::{Arriving, Field};
 use dapple::probes::{ggx, sample, visibility};
 use dapple::render::gpu::Gpu;
 use dapple::render::probes::ProbeVolume;
 use dapple::render::probes::device::{Tables, Volume};
+use dapple_conformance::clauses;
 use dapple_conformance::generate::lighting;
-use dapple_conformance::protocol::POSITION_UNIT;
+use dapple_conformance::protocol::{Arguments, Mode, Own, POSITION_UNIT, Program as _, Surface};
 use dapple_conformance::vector::{self, Interpolation, Kind, ProbesQuery, Query, Vector};
 use glam::{DVec3, Vec3};
 
@@ -33,7 +35,7 @@ fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
             _ => {}
         }
     }
-    let volume = |live: &dapple::codec::LiveTrack| {
+    let volume = |live: &LiveTrack| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
         (live.track.id, volume)
     };
@@ -50,15 +52,32 @@ fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)> {
     queries.filter(|(_, query)| query.track == track).collect()
 }
 
-/// Grid-space position, unit normal and unit direction to the viewer.
-fn place(query: &ProbesQuery) -> [Vec3; 3] {
+fn place(query: &ProbesQuery) -> Surface {
     let unit = |v: [i32; 3]| DVec3::from(v.map(f64::from)).normalize().as_vec3();
-    let position = Vec3::from(query.position.map(|v| v as f32)) * POSITION_UNIT;
-    [position, unit(query.normal), unit(query.view)]
+    Surface {
+        position: query.position.map(|v| v as f32 * POSITION_UNIT),
+        normal: unit(query.normal).to_array(),
+        view: unit(query.view).to_array(),
+        roughness: query.roughness as f32 / 65536.0,
+        interpolation: query.interpolation,
+    }
 }
 
-fn roughness(query: &ProbesQuery) -> f32 {
-    query.roughness as f32 / 65536.0
+/// What the sampler on the CPU finds.
+fn arriving(field: &Field, surface: &Surface) -> Arriving {
+    let [x, n, v] = [surface.position, surface.normal, surface.view].map(Vec3::from);
+    let light = match surface.interpolation {
+        Interpolation::Trilinear => sample::trilinear(field, x),
+        Interpolation::Resistant => sample::resistant(field, x, n, v),
+    };
+    sample::arriving(&light, n, v, surface.roughness)
+}
+
+/// The same of a track, for the protocol.
+fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2] {
+    let volume = ProbesVolume::new(decoder, live).expect("a track of probes");
+    let light = arriving(&volume.field(), surface);
+    [light.irradiance.to_array(), light.filtered.to_array()]
 }
 
 /// Irradiance and filtered radiance of a query must lie in its intervals.
@@ -80,12 +99,7 @@ fn on_the_cpu() {
         for (id, volume) in decoded(&vector) {
             let field = volume.field();
             for (number, query) in queries(&vector, id) {
-                let [x, n, v] = place(query);
-                let light = match query.interpolation {
-                    Interpolation::Trilinear => sample::trilinear(&field, x),
-                    Interpolation::Resistant => sample::resistant(&field, x, n, v),
-                };
-                let light = sample::arriving(&light, n, v, roughness(query));
+                let light = arriving(&field, &place(query));
                 check(&vector, number, light.irradiance, light.filtered);
                 asked += 1;
             }
@@ -108,13 +122,13 @@ struct Question {
 
 impl Question {
     fn of(query: &ProbesQuery) -> Question {
-        let [position, normal, view] = place(query).map(|v| v.to_array());
+        let surface = place(query);
         Question {
-            position,
-            roughness: roughness(query),
-            normal,
-            resistant: u32::from(query.interpolation == Interpolation::Resistant),
-            view,
+            position: surface.position,
+            roughness: surface.roughness,
+            normal: surface.normal,
+            resistant: u32::from(surface.interpolation == Interpolation::Resistant),
+            view: surface.view,
             pad: 0,
         }
     }
@@ -206,6 +220,56 @@ fn on_a_device() {
             }
         }
         assert_eq!(asked, vector.info.queries.len());
+    }
+}
+
+/// The questions at the end of `spec/examples-probes.md`, as the protocol asks them.
+#[test]
+fn the_worked_questions_are_answered_as_the_text_says() {
+    let text = std::fs::read_to_string(clauses::folder().join("examples-probes.md"));
+    let text = text.expect("the chapter");
+    let block = |kind: &str| {
+        let mut lines = Vec::new();
+        let mut rest = text.lines();
+        while let Some(line) = rest.next() {
+            if line == format!("```{kind}") {
+                lines.extend(rest.by_ref().take_while(|line| *line != "```"));
+            }
+        }
+        lines
+    };
+    let mut bytes = Vec::new();
+    for line in block("hex") {
+        let words = line.split(';').next().unwrap_or_default();
+        let words = words.split_ascii_whitespace();
+        bytes.extend(words.map(|word| u8::from_str_radix(word, 16).expect("a byte")));
+    }
+    let mut own = Own {
+        light: Some(light),
+        ..Own::default()
+    };
+    let arguments = Arguments {
+        mode: Mode::Queries,
+        ..Arguments::default()
+    };
+    let lines = block("queries");
+    assert!(lines.len() >= 4);
+    for line in lines {
+        let (question, stated) = line.split_once(" ; ").expect("a question and an answer");
+        let mut input = (bytes.len() as u32).to_le_bytes().to_vec();
+        input.extend(&bytes);
+        input.extend(question.bytes());
+        let answer = own.ask(&arguments, &input).expect("an answer").output;
+        let answer = String::from_utf8(answer).expect("text");
+        let numbers = |text: &str| -> Vec<f64> {
+            let words = text.split_whitespace();
+            words.map(|word| word.parse().expect("a number")).collect()
+        };
+        let (found, stated) = (numbers(&answer), numbers(stated));
+        assert_eq!(found.len(), stated.len());
+        for (f, s) in found.iter().zip(&stated) {
+            assert!((f - s).abs() < 1e-4 * (1.0 + s.abs()), "{line}: {answer}");
+        }
     }
 }
 

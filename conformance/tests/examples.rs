@@ -3,6 +3,7 @@
 use std::fs;
 
 use dapple_conformance::clauses;
+use dapple_conformance::forge::range::INITIAL;
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _, Status};
 
 /// The lines of the fenced blocks of one kind.
@@ -29,10 +30,20 @@ fn bytes(lines: &[&str]) -> Vec<u8> {
         .collect()
 }
 
+fn chapter(name: &str) -> String {
+    fs::read_to_string(clauses::folder().join(name)).expect(name)
+}
+
+/// The chapters with a stream and its dump.
+const EXAMPLES: [&str; 2] = ["examples.md", "examples-probes.md"];
+
 #[test]
 fn the_bytes_decode_to_the_dump() {
-    let path = clauses::folder().join("examples.md");
-    let text = fs::read_to_string(path).expect("examples");
+    EXAMPLES.map(decodes_to_its_dump);
+}
+
+fn decodes_to_its_dump(name: &str) {
+    let text = chapter(name);
     let stream = bytes(&blocks(&text, "hex"));
     let dump = blocks(&text, "dump").join("\n") + "\n";
     assert!(stream.len() > 500, "the blocks are not found");
@@ -47,8 +58,7 @@ fn the_bytes_decode_to_the_dump() {
 
 #[test]
 fn the_losses_come_to_the_transcript() {
-    let path = clauses::folder().join("loss.md");
-    let text = fs::read_to_string(path).expect("losses");
+    let text = chapter("loss.md");
     let stream = bytes(&blocks(&text, "hex"));
     let push = format!("push {}\n", stream.len());
     assert!(text.contains(&push), "{push}");
@@ -66,23 +76,118 @@ fn the_losses_come_to_the_transcript() {
 
 #[test]
 fn each_record_type_that_is_defined_has_its_bytes() {
-    let path = clauses::folder().join("examples.md");
-    let text = fs::read_to_string(path).expect("examples");
-    let stream = bytes(&blocks(&text, "hex"));
     let mut types = Vec::new();
-    let mut at = 16;
-    while at < stream.len() {
-        let word = |offset: usize| {
-            let bytes = &stream[at + offset..at + offset + 4];
-            u32::from_le_bytes(bytes.try_into().expect("four bytes"))
-        };
-        types.push(word(0) & 0x7fff);
-        at += 32 + word(16) as usize;
+    for name in EXAMPLES {
+        let stream = bytes(&blocks(&chapter(name), "hex"));
+        let mut at = 16;
+        while at < stream.len() {
+            let word = |offset: usize| {
+                let bytes = &stream[at + offset..at + offset + 4];
+                u32::from_le_bytes(bytes.try_into().expect("four bytes"))
+            };
+            types.push(word(0) & 0x7fff);
+            at += 32 + word(16) as usize;
+        }
     }
-    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20] {
+    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21] {
         assert!(
             types.contains(&defined),
             "{defined:#x} is not in {types:x?}"
         );
+    }
+}
+
+/// The worked sections of probes, bit by bit: a range decoder as `spec/probes.md` §6.2 has it, which
+/// takes the contexts from the table.
+#[test]
+fn the_bits_of_probes_are_those_of_the_bytes() {
+    let text = chapter("examples-probes.md");
+    let part = |line: &str| {
+        let hex = text
+            .lines()
+            .filter(|l| l.ends_with("; probes of track 1, range coded"));
+        bytes(&hex.filter(|l| l.starts_with(line)).collect::<Vec<_>>())
+    };
+    let sections = [part("ff f1"), part("ef")];
+    assert_eq!(sections.each_ref().map(Vec::len), [11, 1]);
+    let mut sections = sections.into_iter();
+    let mut coder = None;
+    let mut rows = 0;
+    for line in blocks(&text, "bits") {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        if words[0] == "context" {
+            coder = sections.next().map(Coder::new);
+            continue;
+        }
+        let coder: &mut Coder = coder.as_mut().expect("a section");
+        if let [range, code] = words[..] {
+            assert_eq!(coder.shown(), [range, code].join("  "), "{line}");
+            continue;
+        }
+        let context: Option<usize> = words[0].parse().ok();
+        let q = context.map(|context| coder.estimates[context].to_string());
+        assert_eq!(q.as_deref().unwrap_or("-"), words[1], "{line}");
+        assert_eq!(coder.shown(), words[2..4].join("  "), "{line}");
+        assert_eq!(coder.bit(context).to_string(), words[4], "{line}");
+        rows += 1;
+    }
+    assert!(rows > 60 && sections.next().is_none());
+}
+
+struct Coder {
+    bytes: Vec<u8>,
+    taken: usize,
+    range: u32,
+    code: u32,
+    estimates: [u32; 257],
+}
+
+impl Coder {
+    fn new(bytes: Vec<u8>) -> Coder {
+        let mut coder = Coder {
+            bytes,
+            taken: 0,
+            range: u32::MAX,
+            code: 0,
+            estimates: INITIAL.map(|b| 256 * u32::from(b) + 128),
+        };
+        (0..4).for_each(|_| coder.take());
+        coder
+    }
+
+    fn take(&mut self) {
+        let byte = self.bytes.get(self.taken).copied().unwrap_or(0);
+        self.code = self.code << 8 | u32::from(byte);
+        self.taken += 1;
+    }
+
+    fn shown(&self) -> String {
+        format!("{:08x}  {:08x}", self.range, self.code)
+    }
+
+    fn bit(&mut self, context: Option<usize>) -> u32 {
+        let bound = match context {
+            Some(context) => (self.range >> 16) * self.estimates[context],
+            None => self.range / 2,
+        };
+        let bit = u32::from(self.code >= bound);
+        if bit == 1 {
+            self.code -= bound;
+            self.range -= bound;
+        } else {
+            self.range = bound;
+        }
+        if let Some(context) = context {
+            let q = &mut self.estimates[context];
+            *q = match bit {
+                0 => *q + (65536 - *q) / 32,
+                _ => *q - *q / 32,
+            };
+        }
+        while self.range < 1 << 24 {
+            self.range <<= 8;
+            self.take();
+        }
+        bit
     }
 }

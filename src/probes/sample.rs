@@ -1,5 +1,6 @@
 //! The client's sampler: the light at a surface position from the probes about it, and what a
-//! material makes of it (DDISH-GI §3.2, Appendix A). The oracle that every other sampler is held to.
+//! material makes of it (DDISH-GI §3.2, Appendix A). Up to [`arriving`] it is the format's
+//! (`spec/probes.md` §12), whose query vectors hold it, and its twin on a device.
 //!
 //! Everything is in grid space ([`super::lattice`]). Two interpolations: [`trilinear`], which a
 //! texture unit does, and [`resistant`], which keeps light from coming through walls. Both are

@@ -102,6 +102,21 @@ fn lengths(drafts: &mut Vec<Draft>) {
         comment,
         refused,
     ));
+    // One byte, after which its fraction goes on giving bits: six more are taken when a code comes to lie
+    // beyond the coarse steps' range.
+    let volume = Volume {
+        steps: [2560, 32768, 32768, 32768, 32768, 32768],
+        ..Volume::packed([4, 4, 4])
+    };
+    let refused = Place::Keyframe.with_section(&volume, |section| section.probes = vec![0xa5]);
+    let comment =
+        "A section has run out for more than four bytes, and then a code is out of range.";
+    drafts.push(ordered(
+        (3104, "packed-code-past-the-end"),
+        &["B-042", "B-034"],
+        comment,
+        refused,
+    ));
 }
 
 /// Zeros at the end that are there or left out: the same state.
