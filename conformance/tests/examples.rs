@@ -39,7 +39,7 @@ const EXAMPLES: [&str; 2] = ["examples.md", "examples-probes.md"];
 
 #[test]
 fn the_bytes_decode_to_the_dump() {
-    EXAMPLES.map(decodes_to_its_dump);
+    EXAMPLES.into_iter().for_each(decodes_to_its_dump);
 }
 
 fn decodes_to_its_dump(name: &str) {

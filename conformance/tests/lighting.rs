@@ -231,7 +231,7 @@ impl Sampler<'_> {
             return match () {
                 () if self.wrong(AbsentCounts) => 1.0,
                 () if self.wrong(AbsentNothing) => 0.0,
-                () => 1e-12,
+                () => constant("ABSENT"),
             };
         }
         let Some((mean, variance)) = self.moments(probe, q).filter(|_| !self.wrong(NoVisibility))
