@@ -25,6 +25,7 @@ pub mod output;
 pub mod progress;
 pub mod records;
 pub mod render;
+pub mod stability;
 pub mod stream;
 pub mod validate;
 
@@ -46,6 +47,7 @@ enum Command {
     Validate(validate::Args),
     Decode(decode::Args),
     Compare(compare::Args),
+    Stability(stability::Args),
     Conformance(conformance::Args),
 }
 
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Validate(args) => validate::run(&args),
         Command::Decode(args) => decode::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Stability(args) => stability::run(&args),
         Command::Conformance(args) => conformance::run(&args),
     };
     finish(result)

@@ -4,6 +4,7 @@
 //! - [`ssim`], [`flip`]: the two perceptual metrics they use
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`ddgi`]: the probe method that `probes` is compared with
+//! - [`failure`]: scenes that break light from probes
 //! - [`difference`]: pictures of signed differences
 //! - [`light`]: pictures by indirect light from probes, and their scores
 //! - [`evaluate`]: a stream encoded, decoded and scored
@@ -14,6 +15,7 @@ pub mod chart;
 pub mod ddgi;
 pub mod difference;
 pub mod evaluate;
+pub mod failure;
 pub mod flip;
 pub mod light;
 pub mod metrics;

@@ -204,6 +204,10 @@ impl<'s> Content<'s> {
             light
         });
         self.light = light.collect();
+        // Clients hold the volume from the first keyframe on.
+        if self.report.bytes_first == 0 {
+            self.volume.exponent = exponent(&self.light);
+        }
         self.ticks += 1;
         self.report.probe_update_ms += tick.update_time.as_secs_f64() * 1e3;
         tick
@@ -225,6 +229,7 @@ impl<'s> Content<'s> {
     pub fn pack_as(&mut self, packing: Packing) {
         self.packing = packing;
         self.volume.coding = packing.coding();
+        self.volume.exponent = exponent(&self.light);
         self.sent.fill(Probe::ABSENT);
     }
 
@@ -384,6 +389,21 @@ impl<'s> Content<'s> {
     }
 }
 
+/// How much brighter light can become before it is clipped: night to dusk, or a lamp that is brought
+/// next to a probe. A volume's exponent never changes.
+const HEADROOM: f32 = 256.0;
+
+/// The least exponent, not below 0, that leaves [`HEADROOM`] above these expansions: 0 as long as no
+/// coefficient is above 255.
+fn exponent(light: &[L2]) -> i8 {
+    let largest = |l: &L2| l.iter().map(|c| c.abs().max_element()).fold(0.0, f32::max);
+    let peak = light.iter().map(largest).fold(0.0, f32::max);
+    let most = f64::from(f32_from_f16(0x7bff));
+    (0i8..64)
+        .find(|e| f64::from(peak * HEADROOM) <= most * 2f64.powi(i32::from(*e)))
+        .unwrap_or(64)
+}
+
 /// One frame of a server in a scene.
 pub fn update(server: &mut Server, paths: &PathTracer) -> Tick {
     let options = *server.options();
@@ -396,4 +416,23 @@ pub fn update(server: &mut Server, paths: &PathTracer) -> Tick {
         let random = Random::new(options.seed as u32, draw.probe, sample);
         paths.radiance(origin, direction, random, &follow)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_leaves_headroom_and_is_no_larger() {
+        let light = |value: f32| vec![[Vec3::ZERO; 9], [Vec3::new(0.0, -value, 0.0); 9]];
+        assert_eq!(
+            [0.0, 1.0, 255.0, 257.0].map(|v| exponent(&light(v))),
+            [0, 0, 0, 1]
+        );
+        for value in [1e5f32, 1e10, 1e20] {
+            let room = 65504.0 * 2f64.powi(exponent(&light(value)).into()) / f64::from(value);
+            assert!((256.0..512.0).contains(&room), "{value}: {room}");
+        }
+        assert_eq!(exponent(&light(f32::MAX)), 64);
+    }
 }
