@@ -26,7 +26,7 @@ fn a_sealed_room_stays_dark_and_presence_alone_does_not_do_it() {
     assert!(value(&found, "0.1", "trilinear, worst") > 0.1);
     assert!(value(&found, "0.1", "resistant, worst") <= 0.01);
     // Not by making all dark.
-    let bright = value(&found, "0.1", "resistant, bright room over truth");
+    let bright = value(&found, "0.1", "bright room, resistant");
     assert!((0.8..1.25).contains(&bright), "{bright}");
 }
 
@@ -68,7 +68,7 @@ fn flicker_falls_with_rays_and_hysteresis() {
     let share = flicker("256, fixed 0.8") / flicker("256, fixed 0.99");
     assert!((2.0..9.0).contains(&rays), "{rays}");
     assert!((12.0..35.0).contains(&share), "{share}");
-    let bytes = |at| value(&found, at, "bytes a probe and frame");
+    let bytes = |at| value(&found, at, "coded bytes a probe and frame");
     assert!(bytes("256, fixed 0.8") > bytes("256, fixed 0.99"));
 }
 
@@ -85,8 +85,8 @@ fn a_sun_of_any_brightness_comes_through() {
     let found = run("bright-sun");
     assert_eq!(value(&found, "1", "exponent"), 0.0);
     assert!(value(&found, "1e5", "error, raw, exponent 0") > 0.01);
-    assert!(value(&found, "1e8", "error, raw, exponent 0") > 0.9);
-    for at in ["1", "1e5", "1e8"] {
+    assert!(value(&found, "1e6", "error, raw, exponent 0") > 0.5);
+    for at in ["1", "1e5", "1e6"] {
         assert!(value(&found, at, "error, raw") < 1e-3);
         assert!(value(&found, at, "leak, worst") < 0.01);
     }

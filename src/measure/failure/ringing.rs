@@ -218,11 +218,12 @@ fn ringing(effort: Effort) -> Result<Finding> {
                 ramp(width, &share)
             };
             let of = |light: &L2| shown(panel(&|n| grey(sh::irradiance(light, n))));
-            let panels = [shown(right), of(&probes[most].0), of(&probes[most].1)];
+            let (plain, calm) = (&probes[most].0, &probes[most].1);
+            let panels = [shown(right), of(plain), of(calm), of(&blended(plain))];
             finding.pictures.push(Shot {
                 name: "",
                 caption: "Irradiance at one probe by direction (up at the top) with a lamp of \
-                          0.25 m: right, expansion; expansion after dering. Cyan is negative."
+                          0.25 m: what is right, the expansion; after dering, scaled. Cyan is negative."
                     .into(),
                 picture: panels::joined(&panels, 2)?,
             });
