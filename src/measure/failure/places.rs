@@ -108,9 +108,9 @@ mod tests {
     use super::*;
     use crate::trace::path::Sky;
 
-    /// Walls that shine alone, and reflect: E = pi Le / (1 - rho), whatever rho is after the coat.
+    /// A place that sees nothing but a sky of radiance 1 has the irradiance pi.
     #[test]
-    fn truth_is_the_sky_over_a_plate_and_its_half_by_a_wall() {
+    fn truth_is_the_sky_over_a_plate() {
         let mut rooms = Rooms::new("plate", 0.0);
         rooms.body(Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0));
         let scene = rooms.build();
