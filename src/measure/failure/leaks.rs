@@ -71,8 +71,8 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         (0.0, false),
         (0.02, false),
         (0.05, false),
-        (0.1, true),
-        (0.2, false),
+        (0.1, false),
+        (0.2, true),
         (0.5, false),
         (1.0, true),
     ];
@@ -141,7 +141,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             finding.add(&at, ways[way], mean(&light) / whole);
         }
 
-        if wall == 0.1 {
+        if wall == effort.of(0.2, 0.1) {
             let camera = look_at(Vec3::new(3.6, 0.5, 1.0), Vec3::new(0.0, -0.2, -0.1), 1.0);
             let seen = panels::seen(&paths, &camera);
             let panel = |way: usize| {
@@ -152,10 +152,11 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             };
             finding.pictures.push(Shot {
                 name: "",
-                caption: "The dark room behind a wall of 0.1 m: irradiance as a share of the bright \
+                caption: format!(
+                    "The dark room behind a wall of {wall} m: irradiance as a share of the bright \
                           room's, black for 0.0001 and less, pale for 1. Trilinear, presence alone; \
                           resistant, DDGI."
-                    .into(),
+                ),
                 picture: panels::joined(&[panel(0), panel(1), panel(2), panel(3)], 2)?,
             });
         }
