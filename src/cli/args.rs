@@ -144,6 +144,9 @@ pub struct ProbesArgs {
     /// Texels a side of what each probe knows of the distances around it; 0 for nothing.
     #[arg(long, value_name = "TEXELS", default_value = "8", value_parser = visibility)]
     pub visibility_side: u32,
+    /// What becomes of probes inside bodies.
+    #[arg(long, value_name = "WHAT", default_value = "absent")]
+    pub inside: Inside,
     /// How probes are coded: 56 bytes each, or entropy-coded.
     #[arg(long, default_value = "packed")]
     pub coding: Coding,
@@ -162,6 +165,16 @@ pub enum Model {
     Points,
     /// Indirect light in a volume of probes.
     Probes,
+}
+
+/// What becomes of probes inside bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Inside {
+    /// They are not sent, and see nothing: no light comes through a body.
+    Absent,
+    /// They see through the body about them, as in the paper: surfaces have probes behind them, and
+    /// light may come through.
+    Through,
 }
 
 /// A coding of the model `probes`.

@@ -7,7 +7,7 @@ use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
 use crate::probes;
 use crate::probes::content::{Packing, Request};
-use crate::probes::server::Hysteresis;
+use crate::probes::server::{Hysteresis, Inside};
 use crate::scene::Scene;
 use crate::scene::camera::{DEFAULT_YFOV, look_at};
 use crate::stream::{Job, Stream, View};
@@ -113,6 +113,10 @@ impl ProbesArgs {
                 hysteresis: match self.adaptive {
                     true => Hysteresis::Adaptive(self.hysteresis),
                     false => Hysteresis::Fixed(self.hysteresis),
+                },
+                inside: match self.inside {
+                    args::Inside::Absent => Inside::Absent,
+                    args::Inside::Through => Inside::Through,
                 },
                 visibility: self.visibility_side,
                 seed: seed.into(),

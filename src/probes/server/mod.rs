@@ -28,12 +28,25 @@ const RANGE: f32 = 1.5;
 /// A probe inside a body is asked again every so many frames.
 const ABSENT_PERIOD: u32 = 8;
 
+/// What becomes of probes inside bodies. Rays pass the backs of single-sided materials in both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Inside {
+    /// They are found, are absent from the stream, and see no farther than the backs about them: no
+    /// light comes through a body.
+    #[default]
+    Absent,
+    /// They stand there as though the body about them were not, as in DDISH-GI §5: the surfaces on
+    /// both of its sides have probes behind them, and light may pass from one to the other.
+    Through,
+}
+
 /// What the server is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Rays a probe and frame.
     pub samples: u32,
     pub hysteresis: Hysteresis,
+    pub inside: Inside,
     /// Degree of the expansions, 0 to 4; the format holds 2.
     pub degree: usize,
     /// A probe is given out anew when a coefficient differs from what was given out last by more
@@ -51,6 +64,7 @@ impl Default for Options {
         Options {
             samples: 256,
             hysteresis: Hysteresis::Fixed(0.99),
+            inside: Inside::Absent,
             degree: 2,
             threshold: 1.0 / 512.0,
             visibility: 8,
@@ -257,7 +271,10 @@ impl Server {
                 probe.rays = arrived.len() as u32;
                 probe.take(&directions, &arrived, near, options);
                 if gathers {
-                    probe.sums.add(texels, &directions, &arrived, range);
+                    let through = options.inside == Inside::Through;
+                    probe
+                        .sums
+                        .add(texels, &directions, &arrived, range, through);
                 }
             });
 
@@ -291,7 +308,9 @@ impl Probe {
     /// Takes in the rays of a frame.
     fn take(&mut self, directions: &[Vec3], arrived: &[Arrived], near: f32, options: &Options) {
         let was_present = self.presence.present;
-        self.presence.update(arrived, near);
+        if options.inside == Inside::Absent {
+            self.presence.update(arrived, near);
+        }
         if !was_present && self.presence.present {
             self.history.forget();
         }

@@ -83,11 +83,20 @@ const BACK_SHARE: f32 = 0.2;
 pub struct Sums(Vec<[f32; 3]>);
 
 impl Sums {
-    /// Takes in a frame's rays. Farther than `range` metres counts as `range`.
-    pub fn add(&mut self, texels: &[Vec3], directions: &[Vec3], arrived: &[Arrived], range: f32) {
+    /// Takes in a frame's rays. Farther than `range` metres counts as `range`; a back face that was
+    /// met stops the sight, unless it goes `through`.
+    pub fn add(
+        &mut self,
+        texels: &[Vec3],
+        directions: &[Vec3],
+        arrived: &[Arrived],
+        range: f32,
+        through: bool,
+    ) {
         self.0.resize(texels.len(), [0.0; 3]);
         for (direction, ray) in directions.iter().zip(arrived) {
-            let share = if ray.back_face { BACK_SHARE } else { 1.0 };
+            let stopped = ray.back_face && !through;
+            let share = if stopped { BACK_SHARE } else { 1.0 };
             let distance = (ray.distance * share).min(range);
             for (texel, sum) in texels.iter().zip(&mut self.0) {
                 let cosine = texel.dot(*direction);
