@@ -1,10 +1,11 @@
 //! Takes the ringing out of an expansion where it makes light negative, and only there.
 //!
 //! An expansion of degree 2 that is cut from a bright small emitter swings below zero on the far
-//! side. Sloan 2017 (*Deringing Spherical Harmonics*) damps degree l by
-//! `1 / (1 + lambda l^2 (l + 1)^2)`, the smoothest function in the sense of the Laplacian, with the
-//! smallest lambda that lifts the minimum to zero, for each probe by itself. The paper uses no
-//! window since one for all costs detail everywhere; most probes need none and keep every bit.
+//! side. All of it but its mean is scaled by the largest share that lifts the least value to zero, for
+//! each probe by itself. Windows that damp degree 2 more than degree 1 (Sloan 2017, *Deringing
+//! Spherical Harmonics*) look smoother, but err more: `dapple stability --case ringing` has both. The
+//! paper uses no window since one for all costs detail everywhere; most probes need none and keep
+//! every bit.
 //!
 //! The minimum is found for certain. On the sphere an expansion of degree 2 is
 //! `c + b.d + d.A d`, A symmetric; its minimum over unit d is a trust-region problem, which has no
@@ -12,7 +13,7 @@
 //! `c + mu - sum b_i^2 / (4 (e_i - mu))`, a concave function of one variable. Any mu gives a lower
 //! bound, so that what the search leaves over errs to the safe side. With A = 0 this is `c - |b|`.
 
-use super::sh::{COSINE, L2, MAX_DEGREE, Y0};
+use super::sh::{COSINE, L2, Y0};
 use glam::{DMat3, DVec3};
 
 /// What must not be negative.
@@ -36,85 +37,49 @@ impl Keep {
     }
 }
 
-/// Halvings of the search for lambda, over `lambda / (1 + lambda)`: it is found to 1e-7.
-const STEPS: usize = 24;
 /// Halvings of the search for mu: the bound is flat at its maximum, where its error is the square of
 /// what is left.
 const DUAL_STEPS: usize = 26;
-/// Lambda beyond which degree 1 is damped to less than 1/4000: whatever rings is then constant.
-const MAX_LAMBDA: f64 = 1000.0;
-/// How far above zero the windowed minimum is put, relative to the mean: rounding of the result to
+/// How far above zero the least value is put, relative to the mean: rounding of the result to
 /// f32 stays below.
 const MARGIN: f64 = 1e-6;
 
-/// The window of degree l (Sloan 2017).
-pub fn window(lambda: f32) -> [f32; MAX_DEGREE + 1] {
-    std::array::from_fn(|l| 1.0 / (1.0 + lambda * ((l * (l + 1)) as f32).powi(2)))
-}
-
 /// The least value of one channel's expansion over all directions, in its unit.
 pub fn minimum(c: &[f32; 9]) -> f32 {
-    minimum_windowed(c, [1.0; 3]) as f32
+    least(c, [1.0; 3]) as f32
 }
 
-/// Windows `radiance` if the quantity to keep is negative anywhere, all channels alike so that hue
-/// stays; returns lambda. Where it is not, nothing is touched and lambda is 0. A channel whose mean
-/// is not positive holds no light and becomes 0.
+/// Scales degrees 1 and 2 of `radiance` if the quantity to keep is negative anywhere, all channels alike
+/// so that hue stays; returns the share that is left of them. Where it is not, nothing is touched and
+/// the share is 1. A channel whose mean is not positive holds no light and becomes 0.
 pub fn dering(radiance: &mut L2, keep: Keep) -> f32 {
     let factors = keep.factors();
-    let channels: [[f32; 9]; 3] = std::array::from_fn(|k| std::array::from_fn(|i| radiance[i][k]));
-    let lowest = |lambda: f64, channel: &[f32; 9]| {
-        let w = window_of(lambda);
-        minimum_windowed(channel, std::array::from_fn(|l| factors[l] * w[l]))
-    };
-    let mut lambda: f64 = 0.0;
-    for (k, channel) in channels.iter().enumerate() {
-        if bound(channel, factors) > 0.0 || lowest(0.0, channel) >= 0.0 {
+    let mut share: f64 = 1.0;
+    for k in 0..3 {
+        let channel: [f32; 9] = std::array::from_fn(|i| radiance[i][k]);
+        if bound(&channel, factors) > 0.0 {
+            continue;
+        }
+        let least = least(&channel, factors);
+        if least >= 0.0 {
             continue;
         }
         if channel[0] <= 0.0 {
             radiance.iter_mut().for_each(|c| c[k] = 0.0);
             continue;
         }
-        let floor = MARGIN * factors[0] * f64::from(Y0) * f64::from(channel[0]);
-        if lowest(lambda, channel) >= floor {
-            continue;
-        }
-        let lambda_of = |share: f64| share / (1.0 - share);
-        let (mut low, mut high) = (lambda / (1.0 + lambda), MAX_LAMBDA / (1.0 + MAX_LAMBDA));
-        for _ in 0..STEPS {
-            let middle = 0.5 * (low + high);
-            if lowest(lambda_of(middle), channel) >= floor {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        lambda = lambda_of(high);
+        // The least value is linear in the share: mean + share (least - mean).
+        let mean = factors[0] * f64::from(Y0) * f64::from(channel[0]);
+        share = share.min((1.0 - MARGIN) * mean / (mean - least));
     }
-    // Channels that were lifted earlier stay non-negative: a larger lambda is tried for all.
-    while lambda > 0.0
-        && lambda < MAX_LAMBDA
-        && channels
-            .iter()
-            .any(|c| c[0] > 0.0 && lowest(lambda, c) < 0.0)
-    {
-        lambda *= 1.05;
+    let share = share as f32;
+    if share < 1.0 {
+        radiance[1..].iter_mut().for_each(|c| *c *= share);
     }
-    if lambda > 0.0 {
-        let w = window_of(lambda);
-        for (i, c) in radiance.iter_mut().enumerate().skip(1) {
-            *c *= w[super::sh::degree_of(i)] as f32;
-        }
-    }
-    lambda as f32
+    share
 }
 
-fn window_of(lambda: f64) -> [f64; 3] {
-    [1.0, 1.0 / (1.0 + 4.0 * lambda), 1.0 / (1.0 + 36.0 * lambda)]
-}
-
-/// A quick lower bound of [`minimum_windowed`], which settles most probes: no degree falls below
+/// A quick lower bound of [`least`], which settles most probes: no degree falls below
 /// minus the length of its coefficients times the root of `(2 l + 1) / 4 pi` (Unsoeld's theorem).
 fn bound(c: &[f32; 9], factors: [f64; 3]) -> f64 {
     let length = |c: &[f32]| c.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>().sqrt();
@@ -124,7 +89,7 @@ fn bound(c: &[f32; 9], factors: [f64; 3]) -> f64 {
 }
 
 /// The least value of an expansion whose degrees are multiplied by `factors`.
-fn minimum_windowed(c: &[f32; 9], factors: [f64; 3]) -> f64 {
+fn least(c: &[f32; 9], factors: [f64; 3]) -> f64 {
     let c: [f64; 9] = std::array::from_fn(|i| f64::from(c[i]) * factors[super::sh::degree_of(i)]);
     if c.iter().any(|c| !c.is_finite()) {
         return f64::NEG_INFINITY;
@@ -289,8 +254,8 @@ mod tests {
             let mut g = grey(&c);
             let before = g;
             let negative = minimum(&c) < 0.0;
-            let lambda = dering(&mut g, Keep::Radiance);
-            assert_eq!(lambda > 0.0, negative);
+            let share = dering(&mut g, Keep::Radiance);
+            assert_eq!(share < 1.0, negative);
             assert_eq!(g != before, negative);
             kept += usize::from(!negative);
         }
@@ -312,32 +277,32 @@ mod tests {
                     .fold(f32::INFINITY, f32::min)
             };
             assert!(lowest(&c) < -0.01, "{k}");
-            let lambda = dering(&mut c, keep);
+            let share = dering(&mut c, keep);
             let after = lowest(&c);
             assert!((-1e-6..2e-3).contains(&after), "{keep:?}: {after}");
             assert_eq!(c[0], before[0], "the mean stays");
-            // A tenth less leaves it negative.
-            let mut less = before;
-            super::super::sh::scale(&mut less, &window(0.9 * lambda));
-            assert!(lowest(&less) < 0.0, "{keep:?}");
+            // A hundredth more leaves it negative.
+            let mut more = before.map(|c| c * (1.01 * share));
+            more[0] = before[0];
+            assert!(lowest(&more) < 0.0, "{keep:?}");
         }
     }
 
     #[test]
     fn irradiance_costs_less_than_radiance() {
         let c = emitter(Vec3::Y, Vec3::ONE);
-        let lambda = |keep| dering(&mut c.clone(), keep);
-        assert!(lambda(Keep::Irradiance) < 0.5 * lambda(Keep::Radiance));
+        let share = |keep| dering(&mut c.clone(), keep);
+        assert!(share(Keep::Irradiance) > 1.5 * share(Keep::Radiance));
     }
 
     #[test]
     fn no_light_stays_none() {
         let mut c = [Vec3::ZERO; 9];
-        assert_eq!(dering(&mut c, Keep::Radiance), 0.0);
+        assert_eq!(dering(&mut c, Keep::Radiance), 1.0);
         // A channel that holds negative light alone is emptied, the others stay.
         c[0] = Vec3::new(1.0, -1.0, 0.0);
         c[3] = Vec3::new(0.1, 0.1, 0.0);
-        assert_eq!(dering(&mut c, Keep::Radiance), 0.0);
+        assert_eq!(dering(&mut c, Keep::Radiance), 1.0);
         assert_eq!(
             (c[0], c[3]),
             (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.1, 0.0, 0.0))

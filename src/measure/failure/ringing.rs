@@ -20,8 +20,8 @@ pub const RINGING: Case = Case {
             same as it shrinks; 64 probes. Least irradiance over all directions, by its closed form, \
             as a share of a probe's mean; and the relative rms error of irradiance over 64 directions \
             against direct sums over the lamp: of the expansion, of the expansion where it is cut off at \
-            zero when it is looked up, after dering, and with degrees 1 and 2 scaled by as much as is \
-            needed. No noise of sampling is in these; it is in the last column.",
+            zero when it is looked up, after dering, which scales degrees 1 and 2 by as much as is \
+            needed, and with the window that does it in Sloan 2017. No noise of sampling is in these; it is in the last column.",
     knob: "lamp's side (m)",
     beyond: "Below a side of about half the distance to the lamp nothing more changes for the \
              expansion, which is that of a point. What grows without bound as the lamp shrinks is \
@@ -81,24 +81,36 @@ fn least(light: &L2) -> (f32, f32) {
     (minimum(&c), c[0] * Y0)
 }
 
-/// What else keeps an expansion from negative irradiance: all of it but the mean is scaled by as much as
-/// is needed.
-fn blended(light: &L2) -> L2 {
-    let (least, mean) = least(light);
-    let share = if least < 0.0 {
-        mean / (mean - least)
-    } else {
-        1.0
+/// What else keeps an expansion from negative irradiance: the window `1 / (1 + lambda l^2 (l + 1)^2)` with
+/// the smallest lambda that does (Sloan 2017).
+fn windowed(light: &L2) -> L2 {
+    let by = |lambda: f32| -> L2 {
+        std::array::from_fn(|i| {
+            let l = sh::degree_of(i) as f32;
+            light[i] / (1.0 + lambda * (l * (l + 1.0)).powi(2))
+        })
     };
-    let mut blended = light.map(|c| c * share);
-    blended[0] = light[0];
-    blended
+    let (mut low, mut high) = (0.0, 1.0);
+    if least(light).0 >= 0.0 {
+        return *light;
+    }
+    while least(&by(high)).0 < 0.0 && high < 1e6 {
+        high *= 2.0;
+    }
+    for _ in 0..30 {
+        let middle = 0.5 * (low + high);
+        match least(&by(middle)).0 < 0.0 {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    by(high)
 }
 
-/// Sums of squares: error of an expansion as it is, cut off at zero, after dering and blended with its
-/// mean; and what is right.
+/// Sums of squares: error of an expansion as it is, cut off at zero, after dering and windowed; and
+/// what is right.
 fn squares(samples: &[(Vec3, f32, f32)], plain: &L2, calm: &L2) -> [f64; 5] {
-    let blended = blended(plain);
+    let windowed = windowed(plain);
     let mut sums = [0.0f64; 5];
     for i in 0..DIRECTIONS {
         let n = spread(i, DIRECTIONS);
@@ -111,7 +123,7 @@ fn squares(samples: &[(Vec3, f32, f32)], plain: &L2, calm: &L2) -> [f64; 5] {
             of(plain) - right,
             of(plain).max(0.0) - right,
             of(calm) - right,
-            of(&blended) - right,
+            of(&windowed) - right,
             right,
         ];
         for (sum, value) in sums.iter_mut().zip(off) {
@@ -151,13 +163,13 @@ fn ringing(effort: Effort) -> Result<Finding> {
                 sh::project(&mut plain, *direction, Vec3::splat(*light), *angle);
             }
             let mut calm = plain;
-            let lambda = dering(&mut calm, Keep::Irradiance);
+            let share = dering(&mut calm, Keep::Irradiance);
             let mut noise = server.l2(probe);
             noise.iter_mut().zip(&plain).for_each(|(n, p)| *n -= *p);
             let noise: f64 = (0..DIRECTIONS)
                 .map(|i| f64::from(grey(sh::irradiance(&noise, spread(i, DIRECTIONS)))).powi(2))
                 .sum();
-            (plain, calm, lambda, squares(&samples, &plain, &calm), noise)
+            (plain, calm, share, squares(&samples, &plain, &calm), noise)
         };
         let count = volume.lattice.count();
         let probes: Vec<_> = (0..count).into_par_iter().map(probe).collect();
@@ -172,13 +184,13 @@ fn ringing(effort: Effort) -> Result<Finding> {
         finding.add(&at, "least, plain", lowest(&|p| share(&probes[p].0)));
         let calm = lowest(&|p| share(&probes[p].1));
         finding.bounded(&at, "least, dering", calm, Bound::AtLeast(LOWEST));
-        let touched = probes.iter().filter(|p| p.2 > 0.0).count();
+        let touched = probes.iter().filter(|p| p.2 < 1.0).count();
         finding.add(&at, "probes touched (share)", touched as f64 / count as f64);
         let names = [
             "error, plain",
             "error, cut off",
             "error, dering",
-            "error, blended",
+            "error, windowed",
         ];
         for (i, name) in names.into_iter().enumerate() {
             finding.add(&at, name, (sum(i) / sum(4)).sqrt());
@@ -219,11 +231,11 @@ fn ringing(effort: Effort) -> Result<Finding> {
             };
             let of = |light: &L2| shown(panel(&|n| grey(sh::irradiance(light, n))));
             let (plain, calm) = (&probes[most].0, &probes[most].1);
-            let panels = [shown(right), of(plain), of(calm), of(&blended(plain))];
+            let panels = [shown(right), of(plain), of(calm), of(&windowed(plain))];
             finding.pictures.push(Shot {
                 name: "",
                 caption: "Irradiance at one probe by direction (up at the top) with a lamp of \
-                          0.25 m: what is right, the expansion; after dering, scaled. Cyan is negative."
+                          0.25 m: what is right, the expansion; after dering, with Sloan's window. Cyan is negative."
                     .into(),
                 picture: panels::joined(&panels, 2)?,
             });
