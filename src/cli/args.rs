@@ -458,6 +458,13 @@ fn probes(text: &str) -> Parsed<[u16; 3]> {
         .ok_or_else(|| "expected three counts, such as 16x8x8, of a million probes at most".into())
 }
 
+pub fn exposure(text: &str) -> std::result::Result<f32, String> {
+    let value = text.trim().parse().ok();
+    value
+        .filter(|v| (1e-6..=1e6).contains(v))
+        .ok_or_else(|| "expected a factor from 0.000001 to 1000000".into())
+}
+
 fn hysteresis(text: &str) -> Parsed<f32> {
     Ok(number(text, 0.8..=0.998, "a share from 0.8 to 0.998")? as f32)
 }

@@ -52,6 +52,14 @@ pub struct Args {
     #[arg(long, value_name = "COUNT", default_value = "1024",
         value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
     reference: u32,
+    /// Paths a pixel that tell diffuse and glossy light apart for `probes`, at one pixel of 36.
+    #[arg(long, value_name = "COUNT", default_value = "512",
+        value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    parts: u32,
+    /// Factor on radiance before the tone curve for `probes`; by the reference's luminance if not
+    /// given.
+    #[arg(long, value_name = "FACTOR", value_parser = super::args::exposure)]
+    exposure: Option<f32>,
     /// Measure `probes` over degree, samples and hysteresis as well.
     #[arg(long)]
     curves: bool,

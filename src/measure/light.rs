@@ -6,22 +6,35 @@
 
 use super::ddgi::{self, Ddgi};
 use super::metrics::{Difference, Values, compare_pictures};
-use crate::Result;
+use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
+use crate::probes::client::ProbesVolume;
+use crate::probes::content::{Content, Packing};
+use crate::probes::dering::{Keep, dering};
 use crate::probes::ggx;
-use crate::probes::sample::{DIELECTRIC, Field, Indirect, resistant, trilinear};
-use crate::probes::server::Server;
-use crate::probes::sh;
-use crate::probes::volume::Volume;
+use crate::probes::sample::{
+    Arriving, DIELECTRIC, Field, Indirect, arriving, reflected, resistant, trilinear,
+};
+use crate::probes::server::{self, Server, fit};
+use crate::probes::sh::{self, L2};
+use crate::probes::volume::{Volume, spiral};
 use crate::render::Picture;
 use crate::render::light::Interpolation;
 use crate::render::tone::develop;
 use crate::render::view::View;
 use crate::scene::CameraPose;
-use crate::trace::path::bsdf::Bsdf;
-use crate::trace::path::{PathTracer, Vertex};
-use glam::Vec3;
+use crate::trace::path::{PathTracer, Paths, Random, Vertex};
+use crate::{Error, Result};
+use glam::{UVec3, Vec3};
 use rayon::prelude::*;
-use std::f32::consts::PI;
+use std::time::Instant;
+
+/// Metres by which an expansion at a surface stands off it.
+const BESIDE: f32 = 0.01;
+/// Streams of random numbers that nobody else draws from.
+const ITSELF: u32 = 0x17;
+const TRUTH: u32 = 0x71;
+/// Frames of the baseline before those that count.
+pub const WARM_UP: u32 = 32;
 
 /// What the pixels' centres see, and the light there that no method looks up.
 pub struct Seen {
@@ -65,10 +78,36 @@ impl Seen {
 
     /// Indirect light of each pixel; none in the sky.
     pub fn indirect(&self, light: impl Fn(&Vertex) -> Indirect + Sync) -> Vec<Indirect> {
-        let pixels = self.surfaces.par_iter();
+        self.numbered(|_, surface| light(surface))
+    }
+
+    /// The same by a method that draws random numbers: it is told the pixel's number.
+    pub fn numbered(&self, light: impl Fn(u32, &Vertex) -> Indirect + Sync) -> Vec<Indirect> {
+        let pixels = self.surfaces.par_iter().enumerate();
         pixels
-            .map(|surface| surface.as_ref().map_or(Indirect::default(), &light))
+            .map(|(i, surface)| match surface {
+                Some(surface) => light(i as u32, surface),
+                None => Indirect::default(),
+            })
             .collect()
+    }
+
+    /// Every `step`-th pixel of every `step`-th row.
+    pub fn every(&self, step: u32) -> Seen {
+        let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
+        Seen {
+            width,
+            height,
+            surfaces: self.pick(&self.surfaces, step),
+            direct: self.pick(&self.direct, step),
+        }
+    }
+
+    /// The values of those pixels among `values` of all.
+    pub fn pick<T: Copy>(&self, values: &[T], step: u32) -> Vec<T> {
+        let rows = values.chunks(self.width as usize).step_by(step as usize);
+        let pixels = rows.flat_map(|row| row.iter().step_by(step as usize));
+        pixels.copied().collect()
     }
 
     /// Direct light and `indirect`, linear radiance.
@@ -112,29 +151,147 @@ pub fn from_probes(
         Interpolation::Trilinear => trilinear(field, x),
         Interpolation::Resistant => resistant(field, x, surface.geometric_normal, v),
     };
-    let roughness = surface.bsdf.alpha.sqrt();
-    let lobe = ggx::lobe_direction(n, v, roughness);
-    let glossy = sh::convolved(&radiance, &ggx::lobe(roughness), lobe).max(Vec3::ZERO);
-    let irradiance = sh::irradiance(&radiance, n).max(Vec3::ZERO);
-    reflected(&surface.bsdf, n.dot(v), irradiance, glossy)
+    shaded(
+        surface,
+        &arriving(&radiance, n, v, surface.bsdf.alpha.sqrt()),
+    )
 }
 
 /// The same by the baseline.
 pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
-    let irradiance = ddgi.irradiance(surface.position, n, v);
     let mirrored = 2.0 * n.dot(v) * n - v;
-    let glossy = ddgi.glossy(surface.position, n, mirrored, v);
-    reflected(&surface.bsdf, n.dot(v), irradiance, glossy)
+    let light = Arriving {
+        irradiance: ddgi.irradiance(surface.position, n, v),
+        filtered: ddgi.glossy(surface.position, n, mirrored, v),
+    };
+    shaded(surface, &light)
 }
 
-/// What a material makes of irradiance and of light that was filtered for its lobe: the split sum.
-fn reflected(bsdf: &Bsdf, cosine: f32, irradiance: Vec3, glossy: Vec3) -> Indirect {
-    let [scale, bias] = ggx::environment(cosine, bsdf.alpha.sqrt());
-    Indirect {
-        diffuse: bsdf.diffuse * irradiance * ((1.0 - (DIELECTRIC * scale + bias)) / PI),
-        glossy: glossy * (bsdf.f0 * scale + bsdf.f90 * bias),
+/// The same by an expansion at the surface itself, of `rays` paths: what probes could do if there were
+/// one everywhere. What is left of its error is not interpolation's.
+pub fn from_itself(paths: &PathTracer, surface: &Vertex, number: u32, rays: u32) -> Indirect {
+    let origin = surface.position + surface.geometric_normal * BESIDE;
+    let directions: Vec<Vec3> = (0..rays as usize)
+        .map(|i| spiral(i, rays as usize))
+        .collect();
+    let look = |(sample, direction): (u32, &Vec3)| {
+        let random = Random::new(ITSELF, number, sample);
+        paths
+            .radiance(origin, *direction, random, &Paths::default())
+            .radiance
+    };
+    let samples: Vec<Vec3> = (0..rays).zip(&directions).map(look).collect();
+    let fitted = fit(2, &directions, &samples).radiance;
+    let mut radiance: L2 = std::array::from_fn(|i| fitted[i]);
+    dering(&mut radiance, Keep::Irradiance);
+    let (n, v) = (surface.normal, surface.view);
+    shaded(
+        surface,
+        &arriving(&radiance, n, v, surface.bsdf.alpha.sqrt()),
+    )
+}
+
+/// The same by `samples` paths from the surface: what is right.
+pub fn from_paths(paths: &PathTracer, surface: &Vertex, number: u32, samples: u32) -> Indirect {
+    let mut sum = [Vec3::ZERO; 2];
+    for sample in 0..samples {
+        let mut random = Random::new(TRUTH, number, sample);
+        let bounces = Paths::default().max_bounces;
+        let parts = paths.scattered_apart(surface, &mut random, bounces);
+        sum.iter_mut().zip(parts).for_each(|(s, part)| *s += part);
     }
+    let [diffuse, glossy] = sum.map(|s| s / samples.max(1) as f32);
+    Indirect { diffuse, glossy }
+}
+
+fn shaded(surface: &Vertex, light: &Arriving) -> Indirect {
+    let bsdf = &surface.bsdf;
+    let cosine = surface.normal.dot(surface.view);
+    let environment = ggx::environment(cosine, bsdf.alpha.sqrt());
+    let coat = [bsdf.f0, Vec3::splat(bsdf.f90)];
+    reflected(light, bsdf.diffuse, coat, environment)
+}
+
+/// The baseline on the probes of `volume` once its light has settled. Each bounce needs as many frames
+/// as the one before; forgetting fast at first, all of them are there before the `frames` that count.
+/// Returns the mean milliseconds of one of these, too.
+pub fn settled_ddgi(
+    paths: &PathTracer,
+    volume: &Volume,
+    server: &server::Options,
+    frames: u32,
+    step: &dyn Fn(),
+) -> (Ddgi, f64) {
+    let mut ddgi = Ddgi::new(ddgi::Options {
+        origin: volume.origin,
+        spacing: volume.lattice.spacing,
+        dims: UVec3::from(volume.lattice.dims.map(u32::from)),
+        rays: server.samples,
+        hysteresis: 0.6,
+        cull_back_faces: true,
+        seed: server.seed,
+    });
+    let arrive = |origin, direction| ddgi_end(paths, origin, direction, true);
+    for _ in 0..WARM_UP {
+        ddgi.update(arrive);
+        step();
+    }
+    ddgi.set_hysteresis(server.hysteresis.share());
+    let clock = Instant::now();
+    for _ in 0..frames {
+        ddgi.update(arrive);
+        step();
+    }
+    let ms = clock.elapsed().as_secs_f64() * 1e3 / f64::from(frames.max(1));
+    (ddgi, ms)
+}
+
+/// What a client has, and what it cost to send.
+pub struct Sent {
+    pub volume: ProbesVolume,
+    /// Bytes of the keyframe's record, and of the one that brings the visibility block.
+    pub bytes_first: u64,
+    pub bytes_visibility: u64,
+}
+
+/// What a client makes of the server's state, coded as `packing`: of a keyframe, and of the delta with the
+/// visibility block that follows.
+///
+/// # Errors
+/// Those of the codec.
+pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<Sent> {
+    content.pack_as(packing);
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
+    encoder.group(&mut bytes, GroupStart::Keyframes)?;
+    encoder.tracks(&mut bytes, &[content.track()])?;
+    let start = bytes.len();
+    content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
+    let bytes_first = (bytes.len() - start) as u64;
+    encoder.commit(&mut bytes, 0, None)?;
+    let start = bytes.len();
+    content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
+    let bytes_visibility = (bytes.len() - start) as u64;
+    encoder.commit(&mut bytes, 1, None)?;
+    encoder.end(&mut bytes)?;
+    let mut decoder = Decoder::new(Limits::default());
+    let mut rest = &bytes[..];
+    loop {
+        let (used, event) = decoder.push(rest)?;
+        rest = &rest[used..];
+        if matches!(event, Event::End | Event::NeedInput) {
+            break;
+        }
+    }
+    let volume = decoder.tracks().first();
+    let volume = volume.and_then(|live| ProbesVolume::new(&decoder, live));
+    let volume = volume.ok_or_else(|| Error::Invalid("the stream has no volume".into()))?;
+    Ok(Sent {
+        volume,
+        bytes_first,
+        bytes_visibility,
+    })
 }
 
 /// The end of a ray of the baseline's probes.
@@ -190,6 +347,10 @@ pub fn from_expansions(server: &Server, surface: &Vertex) -> Indirect {
     if weights <= 0.0 {
         return Indirect::default();
     }
-    let [irradiance, glossy] = [irradiance, glossy].map(|sum| (sum / weights).max(Vec3::ZERO));
-    reflected(&surface.bsdf, n.dot(v), irradiance, glossy)
+    let [irradiance, filtered] = [irradiance, glossy].map(|sum| (sum / weights).max(Vec3::ZERO));
+    let light = Arriving {
+        irradiance,
+        filtered,
+    };
+    shaded(surface, &light)
 }

@@ -183,6 +183,11 @@ impl<'s> Content<'s> {
         &self.server
     }
 
+    /// The light that is coded: the server's, without what rings below zero.
+    pub fn light(&self) -> &[L2] {
+        &self.light
+    }
+
     /// The probes as clients have them.
     pub fn sent(&self) -> &[Probe] {
         &self.sent

@@ -144,13 +144,30 @@ pub struct Indirect {
 pub fn shade(radiance: &L2, material: &Material, n: Vec3, v: Vec3) -> Indirect {
     let roughness = material.roughness.clamp(0.0, 1.0);
     let metallic = material.metallic.clamp(0.0, 1.0);
-    let [scale, bias] = ggx::environment(n.dot(v), roughness);
+    let base = material.base_color * (1.0 - metallic);
     let f0 = Vec3::splat(DIELECTRIC).lerp(material.base_color, metallic);
-    let light = arriving(radiance, n, v, roughness);
+    let environment = ggx::environment(n.dot(v), roughness);
+    reflected(
+        &arriving(radiance, n, v, roughness),
+        base,
+        [f0, Vec3::ONE],
+        environment,
+    )
+}
+
+/// What a material makes of light that arrives: the split sum. `base` is the albedo of its Lambert base,
+/// `f0` and `f90` are the coat's reflectance along the normal and at grazing angles, scale and bias
+/// come from [`ggx::environment`].
+pub fn reflected(
+    light: &Arriving,
+    base: Vec3,
+    [f0, f90]: [Vec3; 2],
+    [scale, bias]: [f32; 2],
+) -> Indirect {
     let left = 1.0 - (DIELECTRIC * scale + bias);
     Indirect {
-        diffuse: material.base_color * light.irradiance * ((1.0 - metallic) * left / PI),
-        glossy: light.filtered * (f0 * scale + bias),
+        diffuse: base * light.irradiance * (left / PI),
+        glossy: light.filtered * (f0 * scale + f90 * bias),
     }
 }
 

@@ -154,7 +154,7 @@ fn visible(scene: &Scene, pose: &Pose, tracer: &Tracer) -> Option<Aabb> {
 }
 
 /// Evenly spread unit directions: the spherical Fibonacci lattice.
-pub(super) fn spiral(i: usize, n: usize) -> Vec3 {
+pub fn spiral(i: usize, n: usize) -> Vec3 {
     let z = 1.0 - (2 * i + 1) as f64 / n as f64;
     let turn = (i as f64 * 0.618_033_988_749_894_8).fract();
     let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();

@@ -1,40 +1,46 @@
 //! `dapple chart --model probes`: indirect light from probes against path tracing, beside DDGI
-//! (Tables 1 to 3 of DDISH-GI), and curves over degree, samples and hysteresis.
+//! (Tables 1 to 3 of DDISH-GI), where the error comes from, what the light costs to send, and curves
+//! over degree, samples and hysteresis.
+
+mod curves;
+mod rates;
 
 use super::{Args, markdown};
-use crate::cli::args::ProbesArgs;
 use crate::cli::output;
 use crate::cli::progress::Progress;
-use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
-use crate::measure::chart::{Axis, Chart, Level, Point, Series};
-use crate::measure::ddgi::{self, Ddgi};
-use crate::measure::light::{Seen, ddgi_end, from_ddgi, from_expansions, from_probes};
+use crate::measure::chart::{Axis, Chart, Point, Series};
+use crate::measure::ddgi::Ddgi;
+use crate::measure::light::{
+    Seen, WARM_UP, from_ddgi, from_itself, from_paths, from_probes, settled_ddgi, through_a_stream,
+};
 use crate::measure::metrics::{Difference, psnr};
-use crate::measure::report::{Report, Section, save, write};
+use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
-use crate::probes::client::ProbesVolume;
-use crate::probes::content::{Content, Packing, Request};
+use crate::probes::content::{Content, Request};
 use crate::probes::sample::Indirect;
-use crate::probes::server::{Hysteresis, Server};
-use crate::probes::volume::Volume;
+use crate::probes::server::Inside;
 use crate::render::light::Interpolation;
 use crate::render::path::state::{self, Subject};
 use crate::render::path::{Options, Part, PathPicture};
 use crate::scene::Scene;
 use crate::trace::Tracer;
 use crate::trace::path::PathTracer;
+use crate::trace::path::bsdf::luminance;
 use crate::{Error, Result};
-use glam::{UVec3, Vec3};
+use glam::Vec3;
 use serde::Serialize;
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// Samples of the reference that a pass adds to each half.
 const PASS: u32 = 16;
-/// Frames that the baseline runs before the frames that are counted.
-const WARM_UP: u32 = 32;
-/// Factor on radiance before the tone curve.
-const EXPOSURE: f32 = 1.0;
+/// What the logarithmic mean of the reference's luminance becomes before the tone curve (Reinhard et
+/// al. 2002, *Photographic Tone Reproduction for Digital Images*): a picture neither dark nor washed out.
+const KEY: f64 = 0.18;
+/// Luminance that is added to each pixel before its logarithm, as a share of the mean.
+const BLACK: f64 = 1e-3;
+/// Where parts of the light are told apart: every so many pixels.
+const STEP: u32 = 6;
 
 /// A method's picture.
 #[derive(Serialize)]
@@ -45,37 +51,145 @@ struct Row {
     indirect: Difference,
     /// Server milliseconds a frame, where there is a server.
     update_ms: Option<f64>,
-    bytes_per_probe: Option<f64>,
+    /// Milliseconds to look up the indirect light of all pixels.
+    look_up_ms: Option<f64>,
+    /// Bytes of the first frame, and of what each probe knows of distances.
+    bytes: Option<[u64; 2]>,
 }
 
-/// One point of a curve.
+/// Where the error of a picture comes from, at some pixels.
 #[derive(Serialize)]
-struct Knob {
-    curve: &'static str,
-    value: f64,
-    psnr: f64,
-    update_ms: f64,
+struct Parts {
+    method: String,
+    /// PSNR of the picture in dB; then with nothing but diffuse and nothing but glossy light wrong.
+    picture: f64,
+    diffuse: f64,
+    glossy: f64,
+    /// Mean glossy light relative to what is right.
+    glossy_mean: f64,
 }
 
 /// What all methods are scored against.
 struct Setting {
     seen: Seen,
     reference: PathPicture,
+    exposure: f32,
 }
 
 impl Setting {
     fn score(&self, indirect: &[Indirect]) -> Result<[Difference; 2]> {
         let light: Vec<Vec3> = indirect.iter().map(|r| r.diffuse + r.glossy).collect();
+        let all = self.reference.light(Part::All);
+        let only = self.reference.light(Part::Indirect);
         Ok([
-            self.seen.score(
-                &self.seen.lit(indirect),
-                &self.reference.light(Part::All),
-                EXPOSURE,
-            )?,
             self.seen
-                .score(&light, &self.reference.light(Part::Indirect), EXPOSURE)?,
+                .score(&self.seen.lit(indirect), &all, self.exposure)?,
+            self.seen.score(&light, &only, self.exposure)?,
         ])
     }
+}
+
+/// A few pixels where the coat's light and the base's are traced apart.
+struct Apart {
+    seen: Seen,
+    all: Vec<Vec3>,
+    right: Vec<Indirect>,
+    exposure: f32,
+}
+
+impl Apart {
+    fn new(scored: &Setting, paths: &PathTracer, samples: u32) -> Apart {
+        let seen = scored.seen.every(STEP);
+        Apart {
+            all: scored.seen.pick(&scored.reference.light(Part::All), STEP),
+            right: seen.numbered(|i, surface| from_paths(paths, surface, i, samples)),
+            exposure: scored.exposure,
+            seen,
+        }
+    }
+
+    fn parts(&self, method: &str, indirect: &[Indirect]) -> Result<Parts> {
+        let right = self.seen.lit(&self.right);
+        let score = |part: &dyn Fn(&Indirect, &Indirect) -> Indirect| -> Result<f64> {
+            let pairs = indirect.iter().zip(&self.right);
+            let mixed: Vec<Indirect> = pairs.map(|(got, right)| part(got, right)).collect();
+            let mixed = self.seen.lit(&mixed);
+            Ok(self.seen.score(&mixed, &right, self.exposure)?.psnr)
+        };
+        let lit = self.seen.lit(indirect);
+        Ok(Parts {
+            method: method.into(),
+            picture: self.seen.score(&lit, &self.all, self.exposure)?.psnr,
+            diffuse: score(&|got, right| Indirect {
+                diffuse: got.diffuse,
+                glossy: right.glossy,
+            })?,
+            glossy: score(&|got, right| Indirect {
+                diffuse: right.diffuse,
+                glossy: got.glossy,
+            })?,
+            glossy_mean: mean(indirect) / mean(&self.right),
+        })
+    }
+}
+
+/// Mean luminance of the glossy light.
+fn mean(indirect: &[Indirect]) -> f64 {
+    let sum: f64 = indirect
+        .iter()
+        .map(|i| f64::from(luminance(i.glossy)))
+        .sum();
+    sum / indirect.len().max(1) as f64
+}
+
+/// A way to fill and to send the probes.
+struct Variant {
+    name: &'static str,
+    file: &'static str,
+    request: Request,
+}
+
+/// What is compared: probes in bodies left out or kept as in the paper; more texels of visibility; and
+/// more probes for the same number of rays.
+fn variants(request: &Request) -> [Variant; 4] {
+    let with = |change: &dyn Fn(&mut Request)| {
+        let mut request = Request {
+            settle: 0,
+            ..*request
+        };
+        change(&mut request);
+        request
+    };
+    [
+        Variant {
+            name: "absent in bodies",
+            file: "absent",
+            request: with(&|r| r.server.inside = Inside::Absent),
+        },
+        Variant {
+            name: "through bodies",
+            file: "through",
+            request: with(&|r| r.server.inside = Inside::Through),
+        },
+        Variant {
+            name: "through, 16x16 texels",
+            file: "through_16",
+            request: with(&|r| {
+                r.server.inside = Inside::Through;
+                r.server.visibility = 16;
+            }),
+        },
+        Variant {
+            name: "through, 16x16, 8 times the probes, same rays",
+            file: "denser",
+            request: with(&|r| {
+                r.server.inside = Inside::Through;
+                r.server.visibility = 16;
+                r.dims = r.dims.map(|d| d.saturating_mul(2));
+                r.server.samples = r.server.samples.div_ceil(8);
+            }),
+        },
+    ]
 }
 
 /// Runs the command.
@@ -115,75 +229,105 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         state::save(&file, &reference, &subject)?;
     }
     drop(bar);
-    let noise = reference.noise(Part::All, EXPOSURE);
     let scored = Setting {
         seen: Seen::new(&paths, &camera, width, height),
+        exposure: args
+            .exposure
+            .unwrap_or_else(|| exposure(&reference.light(Part::All))),
         reference,
     };
+    let apart = Apart::new(&scored, &paths, args.parts);
 
-    let mut rows = Vec::new();
     let none = scored.seen.indirect(|_| Indirect::default());
-    rows.push(row("direct light alone", &scored, &none, None, None)?);
+    let mut rows = vec![row("direct light alone", &scored, &none)?];
+    let itself = |i: u32, surface: &_| from_itself(&paths, surface, i, args.parts);
+    let at_surfaces = "degree 2 at the surface itself";
+    let mut parts = vec![apart.parts(at_surfaces, &apart.seen.numbered(itself))?];
 
     let frames = request.settle.max(1);
-    let bar = Progress::new("Probes and DDGI", 2 * u64::from(frames));
-    let mut content = Content::new(
-        &scene,
-        &Request {
-            settle: 0,
-            ..request
-        },
-        time,
-        0,
-    )?;
-    for _ in 0..frames {
-        content.tick(time);
-        bar.step(1);
-    }
-    let place = *content.server().volume();
-    let (ddgi, ddgi_ms) = settle_ddgi(&paths, &place, &request, &bar);
-    drop(bar);
-    let indirect = scored.seen.indirect(|surface| from_ddgi(&ddgi, surface));
-    let bytes = Ddgi::BYTES as f64;
-    rows.push(row("DDGI", &scored, &indirect, Some(ddgi_ms), Some(bytes))?);
-    save_picture(args, &scored, &indirect, "ddgi")?;
-
-    let update = Some(content.report().probe_update_ms);
-    let count = place.lattice.count() as f64;
-    for (name, packing) in [("raw", Packing::Raw), ("packed", request.packing)] {
-        let (decoded, bytes) = through_a_stream(&mut content, packing)?;
-        let field = decoded.field();
+    let variants = variants(&request);
+    let all_frames = u64::from(WARM_UP) + (variants.len() as u64 + 1) * u64::from(frames);
+    let bar = Progress::new("Probes and DDGI", all_frames);
+    for variant in &variants {
+        let mut content = Content::new(&scene, &variant.request, time, 0)?;
+        for _ in 0..frames {
+            content.tick(time);
+            bar.step(1);
+        }
+        let place = *content.server().volume();
+        let sent = through_a_stream(&mut content, variant.request.packing)?;
+        let field = sent.volume.field();
         for interpolation in [Interpolation::Trilinear, Interpolation::Resistant] {
-            let indirect = scored
-                .seen
-                .indirect(|surface| from_probes(&field, &place, interpolation, surface));
             let how = match interpolation {
                 Interpolation::Trilinear => "trilinear",
                 Interpolation::Resistant => "resistant",
             };
-            let method = format!("probes, {name}, {how}");
-            let bytes = Some(bytes as f64 / count);
-            rows.push(row(&method, &scored, &indirect, update, bytes)?);
-            save_picture(args, &scored, &indirect, &format!("probes_{name}_{how}"))?;
+            let look = |surface: &_| from_probes(&field, &place, interpolation, surface);
+            let clock = Instant::now();
+            let indirect = scored.seen.indirect(look);
+            let look_up_ms = clock.elapsed().as_secs_f64() * 1e3;
+            let method = format!("probes, {how}, {}", variant.name);
+            let visibility = match interpolation {
+                Interpolation::Trilinear => 0,
+                Interpolation::Resistant => sent.bytes_visibility,
+            };
+            rows.push(Row {
+                update_ms: Some(content.report().probe_update_ms),
+                look_up_ms: Some(look_up_ms),
+                bytes: Some([sent.bytes_first, visibility]),
+                ..row(&method, &scored, &indirect)?
+            });
+            parts.push(apart.parts(&method, &apart.seen.indirect(look))?);
+            picture(args, &scored, &indirect, &format!("{}_{how}", variant.file))?;
         }
     }
+    let place = *Content::new(&scene, &variants[0].request, time, 0)?
+        .server()
+        .volume();
+    let step = || bar.step(1);
+    let (ddgi, ddgi_ms) = settled_ddgi(&paths, &place, &request.server, frames, &step);
+    drop(bar);
+    let look = |surface: &_| from_ddgi(&ddgi, surface);
+    let clock = Instant::now();
+    let indirect = scored.seen.indirect(look);
+    let look_up_ms = clock.elapsed().as_secs_f64() * 1e3;
+    let [light, distances] = Ddgi::BYTES.map(|bytes| (bytes * place.lattice.count()) as u64);
+    rows.push(Row {
+        update_ms: Some(ddgi_ms),
+        look_up_ms: Some(look_up_ms),
+        bytes: Some([light, distances]),
+        ..row("DDGI", &scored, &indirect)?
+    });
+    parts.push(apart.parts("DDGI", &apart.seen.indirect(look))?);
+    picture(args, &scored, &indirect, "ddgi")?;
+    picture(args, &scored, &none, "direct")?;
     let all = scored.reference.light(Part::All);
-    let picture = scored.seen.picture(&all, EXPOSURE);
-    picture.write_png(&args.output.join("reference.png"))?;
-    let picture = scored.seen.picture(scored.seen.direct(), EXPOSURE);
-    picture.write_png(&args.output.join("direct.png"))?;
-    let table = table(&scene, &rows, noise, &args.encode.probes, args.reference);
-    save(&args.output.join("table.csv"), &table.to_csv())?;
-    save(&args.output.join("table.md"), &markdown(&table))?;
+    let developed = scored.seen.picture(&all, scored.exposure);
+    developed.write_png(&args.output.join("reference.png"))?;
 
+    let mut tables = vec![
+        accuracy(&scene, &rows, &scored, args),
+        apart_table(&scene, &parts, args.parts),
+    ];
+    if let Some(frames) = args.encode.frames {
+        let fps = args.encode.fps.hz();
+        tables.push(rates::rates(&scene, &request, time, fps, frames)?);
+    }
     let knobs = match args.curves {
-        true => curves(&scene, &scored, &request, time)?,
+        true => curves::curves(&scene, &scored, &request, time)?,
         false => Vec::new(),
     };
-    let charts = charts(&knobs, &rows);
-    for (chart, name) in charts.iter().zip(["degree", "samples", "hysteresis"]) {
+    let mut charts = vec![by_size(&rows), by_time(&rows)];
+    charts.extend(curves::charts(&knobs, &rows));
+    let names = ["size", "time", "degree", "samples", "hysteresis"];
+    for (chart, name) in charts.iter().zip(names) {
         save(&args.output.join(format!("{name}.svg")), &chart.to_svg())?;
         save(&args.output.join(format!("{name}.csv")), &chart.to_csv())?;
+    }
+    for (table, name) in tables.iter().zip(["table", "parts", "rates"]) {
+        save(&args.output.join(format!("{name}.csv")), &table.to_csv())?;
+        save(&args.output.join(format!("{name}.md")), &markdown(table))?;
+        output::print(&format!("{}\n", markdown(table)))?;
     }
     let page = Report {
         title: format!("{}: indirect light from probes", scene.name),
@@ -192,243 +336,192 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             scored.reference.samples(),
             request.server.samples
         ),
-        sections: vec![Section {
-            charts,
-            tables: vec![table.clone()],
-            ..Section::default()
-        }],
+        sections: vec![
+            Section {
+                images: images(&rows, &variants),
+                ..Section::default()
+            },
+            Section {
+                charts,
+                tables,
+                ..Section::default()
+            },
+        ],
         ..Report::default()
     };
-    write(&page, &(&rows, &knobs), &args.output)?;
-    output::print(&markdown(&table))?;
+    write(&page, &(&rows, &parts, &knobs), &args.output)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn row(
-    method: &str,
-    scored: &Setting,
-    indirect: &[Indirect],
-    update_ms: Option<f64>,
-    bytes_per_probe: Option<f64>,
-) -> Result<Row> {
+/// The factor on radiance that makes a picture of it.
+fn exposure(radiance: &[Vec3]) -> f32 {
+    let luminances = || radiance.iter().map(|c| f64::from(luminance(*c)));
+    let count = radiance.len().max(1) as f64;
+    let black = BLACK * luminances().sum::<f64>() / count;
+    if black <= 0.0 {
+        return 1.0;
+    }
+    let logarithms: f64 = luminances().map(|l| (l.max(0.0) + black).ln()).sum();
+    (KEY / (logarithms / count).exp()) as f32
+}
+
+fn row(method: &str, scored: &Setting, indirect: &[Indirect]) -> Result<Row> {
     let [picture, indirect] = scored.score(indirect)?;
     Ok(Row {
         method: method.into(),
         picture,
         indirect,
-        update_ms,
-        bytes_per_probe,
+        update_ms: None,
+        look_up_ms: None,
+        bytes: None,
     })
 }
 
-fn save_picture(args: &Args, scored: &Setting, indirect: &[Indirect], name: &str) -> Result<()> {
+fn picture(args: &Args, scored: &Setting, indirect: &[Indirect], name: &str) -> Result<()> {
     let light = scored.seen.lit(indirect);
-    let picture = scored.seen.picture(&light, EXPOSURE);
+    let picture = scored.seen.picture(&light, scored.exposure);
     picture.write_png(&args.output.join(format!("{name}.png")))
 }
 
-/// The baseline on the same probes, with as many rays, frames and the same hysteresis. Returns the
-/// mean milliseconds of a frame, too.
-fn settle_ddgi(
-    paths: &PathTracer,
-    place: &Volume,
-    request: &Request,
-    bar: &Progress,
-) -> (Ddgi, f64) {
-    let options = ddgi::Options {
-        origin: place.origin,
-        spacing: place.lattice.spacing,
-        dims: UVec3::from(place.lattice.dims.map(u32::from)),
-        rays: request.server.samples,
-        hysteresis: request.server.hysteresis.share(),
-        cull_back_faces: true,
-        seed: request.server.seed,
+fn images(rows: &[Row], variants: &[Variant]) -> Vec<Image> {
+    let image = |caption: &str, file: &str| {
+        let row = rows.iter().find(|row| row.method == caption);
+        Image {
+            caption: caption.into(),
+            detail: row.map_or(String::new(), |row| format!("{:.2} dB", row.picture.psnr)),
+            source: Source::File(format!("{file}.png")),
+        }
     };
-    let arrive = |origin, direction| ddgi_end(paths, origin, direction, true);
-    // Each bounce needs as many frames as the one before. Forgetting fast at first, all of them are
-    // there before the frames that count.
-    let mut ddgi = Ddgi::new(ddgi::Options {
-        hysteresis: 0.6,
-        ..options
-    });
-    for _ in 0..WARM_UP {
-        ddgi.update(arrive);
-    }
-    ddgi.set_hysteresis(options.hysteresis);
-    let frames = request.settle.max(1);
-    let clock = Instant::now();
-    for _ in 0..frames {
-        ddgi.update(arrive);
-        bar.step(1);
-    }
-    let ms = clock.elapsed().as_secs_f64() * 1e3 / f64::from(frames);
-    (ddgi, ms)
-}
-
-/// What a client makes of the server's state: a keyframe, a delta with the visibility block, and
-/// the decoder. Returns the bytes of the keyframe's record, too.
-fn through_a_stream(content: &mut Content, packing: Packing) -> Result<(ProbesVolume, u64)> {
-    content.pack_as(packing);
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
-    encoder.group(&mut bytes, GroupStart::Keyframes)?;
-    encoder.tracks(&mut bytes, &[content.track()])?;
-    let compression = Compression::None;
-    let before = bytes.len();
-    content.write_keyframe(&mut encoder, compression, &mut bytes)?;
-    let size = (bytes.len() - before) as u64;
-    encoder.commit(&mut bytes, 0, None)?;
-    content.write_delta(&mut encoder, compression, &mut bytes)?;
-    encoder.commit(&mut bytes, 1, None)?;
-    encoder.end(&mut bytes)?;
-    let mut decoder = Decoder::new(Limits::default());
-    let mut rest = &bytes[..];
-    loop {
-        let (used, event) = decoder.push(rest)?;
-        rest = &rest[used..];
-        if matches!(event, Event::End | Event::NeedInput) {
-            break;
+    let mut images = vec![
+        image("path-traced", "reference"),
+        image("direct light alone", "direct"),
+        image("DDGI", "ddgi"),
+    ];
+    for variant in variants {
+        for how in ["trilinear", "resistant"] {
+            let method = format!("probes, {how}, {}", variant.name);
+            images.push(image(&method, &format!("{}_{how}", variant.file)));
         }
     }
-    let volume = decoder.tracks().first();
-    let volume = volume.and_then(|live| ProbesVolume::new(&decoder, live));
-    let volume = volume.ok_or_else(|| Error::Invalid("the stream has no volume".into()))?;
-    Ok((volume, size))
+    images
 }
 
-/// PSNR of the picture over what a server can turn: unquantised probes, trilinear.
-fn curves(scene: &Scene, scored: &Setting, request: &Request, time: f64) -> Result<Vec<Knob>> {
-    let mut runs = Vec::new();
-    for degree in 0..=4 {
-        let mut server = request.server;
-        server.degree = degree;
-        runs.push(("degree", degree as f64, server));
-    }
-    for samples in [16, 64, 256, 1024] {
-        let mut server = request.server;
-        server.samples = samples;
-        runs.push(("samples", f64::from(samples), server));
-    }
-    for share in [0.8, 0.9, 0.95, 0.99, 0.998] {
-        let mut server = request.server;
-        server.hysteresis = Hysteresis::Fixed(share);
-        runs.push(("hysteresis", f64::from(share), server));
-    }
-    let frames = request.settle.max(1);
-    let bar = Progress::new("Curves", runs.len() as u64 * u64::from(frames));
-    let mut knobs = Vec::new();
-    for (curve, value, options) in runs {
-        let request = Request {
-            server: options,
-            settle: 0,
-            ..*request
-        };
-        let mut content = Content::new(scene, &request, time, 0)?;
-        for _ in 0..frames {
-            content.tick(time);
-            bar.step(1);
-        }
-        let server: &Server = content.server();
-        let indirect = scored
-            .seen
-            .indirect(|surface| from_expansions(server, surface));
-        let [picture, _] = scored.score(&indirect)?;
-        knobs.push(Knob {
-            curve,
-            value,
-            psnr: picture.psnr,
-            update_ms: content.report().probe_update_ms,
-        });
-    }
-    Ok(knobs)
-}
-
-fn table(scene: &Scene, rows: &[Row], noise: f64, probes: &ProbesArgs, reference: u32) -> Table {
+fn accuracy(scene: &Scene, rows: &[Row], scored: &Setting, args: &Args) -> Table {
     let columns = [
         "method",
         "PSNR (dB)",
         "SSIM",
         "FLIP",
         "indirect PSNR (dB)",
-        "indirect SSIM",
         "probe update (ms)",
-        "first frame (B/probe)",
+        "look-up (ms)",
+        "light (kB)",
+        "distances (kB)",
     ];
-    let rows = rows.iter().map(|row| {
+    let kilobytes = |bytes: Option<u64>| Value::number(bytes.map(|b| b as f64 / 1e3), 1);
+    let line = |row: &Row| {
         vec![
             Value::Text(row.method.clone()),
             Value::Number(row.picture.psnr, 2),
             Value::number(row.picture.ssim, 4),
             Value::Number(row.picture.flip, 4),
             Value::Number(row.indirect.psnr, 2),
-            Value::number(row.indirect.ssim, 4),
-            Value::number(row.update_ms, 1),
-            Value::number(row.bytes_per_probe, 1),
+            Value::number(row.update_ms, 0),
+            Value::number(row.look_up_ms, 0),
+            kilobytes(row.bytes.map(|b| b[0])),
+            kilobytes(row.bytes.map(|b| b[1])),
         ]
-    });
-    let [x, y, z] = probes.probes;
+    };
+    let noise = psnr(scored.reference.noise(Part::All, scored.exposure).powi(2));
+    let best = rows.iter().map(|row| row.picture.psnr);
+    let best = best.fold(f64::NEG_INFINITY, f64::max);
+    let [x, y, z] = args.encode.probes.probes;
     Table {
         title: format!("{}, {x}x{y}x{z} probes", scene.name),
         columns: columns.map(String::from).to_vec(),
-        rows: rows.collect(),
+        rows: rows.iter().map(line).collect(),
         note: format!(
-            "The reference has {reference} paths a pixel; its own noise lies {:.1} dB below white. All \
-             methods share direct light with ray-traced shadows.",
-            psnr(noise * noise)
+            "Exposure {:.3}. The reference has {} paths a pixel; its own noise lies {noise:.1} dB below \
+             white, {:.1} dB below the error of the best method. All methods share surfaces and direct \
+             light with ray-traced shadows. Look-ups of {}x{} pixels on the CPU, {} threads. Bytes of \
+             a whole frame of light, and of the distances that come once.",
+            scored.exposure,
+            scored.reference.samples(),
+            noise - best,
+            scored.seen.width,
+            scored.seen.height,
+            rayon::current_num_threads(),
         ),
     }
 }
 
-fn charts(knobs: &[Knob], rows: &[Row]) -> Vec<Chart> {
-    let chart = |curve: &str, title: &str, label: &str, log: bool| {
-        let points = knobs.iter().filter(|knob| knob.curve == curve);
-        Chart {
-            title: title.into(),
-            x: Axis {
-                label: label.into(),
-                log,
-            },
-            y: Axis {
-                label: "PSNR (dB)".into(),
-                log: false,
-            },
-            series: vec![Series {
-                name: "probes, trilinear".into(),
-                points: points
-                    .map(|knob| Point {
-                        x: knob.value,
-                        y: knob.psnr,
-                        label: format!("{:.0} ms", knob.update_ms),
-                    })
-                    .collect(),
-                line: true,
-            }],
-            levels: rows
-                .iter()
-                .filter(|row| !row.method.starts_with("probes"))
-                .map(|row| Level {
-                    name: row.method.clone(),
-                    y: row.picture.psnr,
-                })
-                .collect(),
-        }
+fn apart_table(scene: &Scene, parts: &[Parts], samples: u32) -> Table {
+    let columns = [
+        "method",
+        "picture (dB)",
+        "only diffuse wrong (dB)",
+        "only glossy wrong (dB)",
+        "glossy, mean over right",
+    ];
+    let line = |p: &Parts| {
+        vec![
+            Value::Text(p.method.clone()),
+            Value::Number(p.picture, 2),
+            Value::Number(p.diffuse, 2),
+            Value::Number(p.glossy, 2),
+            Value::Number(p.glossy_mean, 3),
+        ]
     };
-    if knobs.is_empty() {
-        return Vec::new();
+    Table {
+        title: format!("{}: where the error comes from", scene.name),
+        columns: columns.map(String::from).to_vec(),
+        rows: parts.iter().map(line).collect(),
+        note: format!(
+            "PSNR at every {STEP}th pixel of every {STEP}th row. Diffuse and glossy light are indirect; \
+             what is right of each comes from {samples} paths a pixel. The first row has no \
+             interpolation: an expansion of {samples} paths stands at each pixel's surface."
+        ),
     }
-    vec![
-        chart("degree", "Accuracy against degree", "highest degree", false),
-        chart(
-            "samples",
-            "Accuracy against samples",
-            "paths a probe and frame",
-            true,
-        ),
-        chart(
-            "hysteresis",
-            "Accuracy against hysteresis",
-            "share kept",
-            false,
-        ),
-    ]
+}
+
+/// Accuracy against the bytes of a frame.
+fn by_size(rows: &[Row]) -> Chart {
+    against(rows, "frame's light (kB)", "Accuracy against size", |row| {
+        row.bytes.map(|b| b[0] as f64 / 1e3)
+    })
+}
+
+/// Accuracy against the client's time.
+fn by_time(rows: &[Row]) -> Chart {
+    against(rows, "look-up (ms)", "Accuracy against time", |row| {
+        row.look_up_ms
+    })
+}
+
+fn against(rows: &[Row], label: &str, title: &str, x: impl Fn(&Row) -> Option<f64>) -> Chart {
+    let series = |row: &Row| {
+        let point = Point {
+            x: x(row)?,
+            y: row.picture.psnr,
+            label: String::new(),
+        };
+        Some(Series {
+            name: row.method.clone(),
+            points: vec![point],
+            line: false,
+        })
+    };
+    Chart {
+        title: title.into(),
+        x: Axis {
+            label: label.into(),
+            log: true,
+        },
+        y: Axis {
+            label: "PSNR (dB)".into(),
+            log: false,
+        },
+        series: rows.iter().filter_map(series).collect(),
+        levels: Vec::new(),
+    }
 }

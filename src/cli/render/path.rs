@@ -1,5 +1,6 @@
 //! `dapple render --method path` and `direct`: pictures by path tracing.
 
+use crate::cli::args::exposure;
 use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::measure::metrics::psnr;
@@ -174,13 +175,6 @@ fn sky(text: &str) -> std::result::Result<Sky, String> {
         (Some(up), Some(down)) => Ok(Sky { up, down }),
         _ => Err("expected radiance as R,G,B from 0 to 1000000, or two such with a colon".into()),
     }
-}
-
-fn exposure(text: &str) -> std::result::Result<f32, String> {
-    let value = text.trim().parse().ok();
-    value
-        .filter(|v| (1e-6..=1e6).contains(v))
-        .ok_or_else(|| "expected a factor from 0.000001 to 1000000".into())
 }
 
 #[cfg(test)]

@@ -4,9 +4,10 @@
 use super::{Args, Method, read_until};
 use crate::cli::output;
 use crate::cli::progress::Progress;
-use crate::measure::ddgi::{self, Ddgi};
-use crate::measure::light::{Seen, ddgi_end, from_ddgi};
+use crate::measure::light::{Seen, WARM_UP, from_ddgi, settled_ddgi};
 use crate::probes::client::ProbesVolume;
+use crate::probes::server::Options;
+use crate::probes::volume::Volume;
 use crate::render::gbuffer::Lookup;
 use crate::render::light::{Indirect, Interpolation, Source};
 use crate::render::probes::ProbeVolume;
@@ -16,14 +17,13 @@ use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::trace::path::{PathTracer, Sky};
 use crate::{Error, Result};
-use glam::{UVec3, Vec3};
+use glam::Vec3;
 use std::process::ExitCode;
 
 /// Texels a side of a shadow map.
 const SHADOW_SIDE: u32 = 2048;
-/// Frames that DDGI runs, the first of them forgetting fast so that all bounces are there.
-const FRAMES: u32 = 96;
-const WARM_UP: u32 = 32;
+/// Frames that DDGI runs once all bounces are there.
+const FRAMES: u32 = 64;
 
 /// How probes are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -103,24 +103,12 @@ fn by_ddgi(
 ) -> Vec<Indirect> {
     let tracer = Tracer::new(scene, pose);
     let paths = PathTracer::new(scene, pose, &tracer, *sky);
-    let world_from_grid = volume.grid_from_world.inverse();
-    let mut ddgi = Ddgi::new(ddgi::Options {
-        origin: Vec3::from(world_from_grid.translation),
-        spacing: volume.lattice.spacing,
-        dims: UVec3::from(volume.lattice.dims.map(u32::from)),
-        rays: 256,
-        hysteresis: 0.6,
-        cull_back_faces: true,
-        seed: 0,
-    });
-    let bar = Progress::new("DDGI", FRAMES.into());
-    for frame in 0..FRAMES {
-        if frame == WARM_UP {
-            ddgi.set_hysteresis(0.99);
-        }
-        ddgi.update(|origin, direction| ddgi_end(&paths, origin, direction, true));
-        bar.step(1);
-    }
+    let place = Volume {
+        lattice: volume.lattice,
+        origin: Vec3::from(volume.grid_from_world.inverse().translation),
+    };
+    let bar = Progress::new("DDGI", u64::from(WARM_UP + FRAMES));
+    let (ddgi, _) = settled_ddgi(&paths, &place, &Options::default(), FRAMES, &|| bar.step(1));
     let (width, height) = args.view.size;
     let seen = Seen::new(&paths, camera, width, height);
     seen.indirect(|surface| from_ddgi(&ddgi, surface))

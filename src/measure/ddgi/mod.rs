@@ -98,10 +98,12 @@ impl Ddgi {
         self.options.hysteresis = share;
     }
 
-    /// Bytes of a probe as the method keeps it: 64 texels of RGB10A2 and 256 of two f16 (§4 of
-    /// DDISH-GI: "a minimum of 1280 bytes").
-    pub const BYTES: usize =
-        4 * (IRRADIANCE_SIDE * IRRADIANCE_SIDE) + 4 * (VISIBILITY_SIDE * VISIBILITY_SIDE);
+    /// Bytes of a probe's irradiance and visibility as the method keeps it: 64 texels of RGB10A2 and 256
+    /// of two f16 (§4 of DDISH-GI: "a minimum of 1280 bytes").
+    pub const BYTES: [usize; 2] = [
+        4 * (IRRADIANCE_SIDE * IRRADIANCE_SIDE),
+        4 * (VISIBILITY_SIDE * VISIBILITY_SIDE),
+    ];
 
     /// One frame: traces every probe's rays and blends what they found. Light that was reflected
     /// more than once comes from the probes as the last frame left them.

@@ -1,8 +1,8 @@
 //! What a client holds: the probes of a server, through encoder and decoder.
 
-use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
-use crate::measure::ddgi::{self, Ddgi};
-use crate::measure::light::ddgi_end;
+use crate::Result;
+use crate::measure::ddgi::Ddgi;
+use crate::measure::light::{settled_ddgi, through_a_stream};
 use crate::probes::client::ProbesVolume;
 use crate::probes::content::{Content, Packing, Request};
 use crate::probes::dering::{Keep, dering};
@@ -13,8 +13,7 @@ use crate::probes::volume::Volume;
 use crate::scene::Scene;
 use crate::trace::Aabb;
 use crate::trace::path::{PathTracer, Sky};
-use crate::{Error, Result};
-use glam::{UVec3, Vec3};
+use glam::Vec3;
 
 use super::places::{Place, grey};
 
@@ -50,28 +49,7 @@ pub fn settled<'s>(scene: &'s Scene, request: &Request) -> Result<Content<'s>> {
 /// # Errors
 /// Those of the codec.
 pub fn decoded(content: &mut Content, packing: Packing) -> Result<ProbesVolume> {
-    content.pack_as(packing);
-    let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
-    encoder.group(&mut bytes, GroupStart::Keyframes)?;
-    encoder.tracks(&mut bytes, &[content.track()])?;
-    content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
-    encoder.commit(&mut bytes, 0, None)?;
-    content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
-    encoder.commit(&mut bytes, 1, None)?;
-    encoder.end(&mut bytes)?;
-    let mut decoder = Decoder::new(Limits::default());
-    let mut rest = &bytes[..];
-    loop {
-        let (used, event) = decoder.push(rest)?;
-        rest = &rest[used..];
-        if matches!(event, Event::End | Event::NeedInput) {
-            break;
-        }
-    }
-    let volume = decoder.tracks().first();
-    let volume = volume.and_then(|live| ProbesVolume::new(&decoder, live));
-    volume.ok_or_else(|| Error::Invalid("the stream has no volume".into()))
+    Ok(through_a_stream(content, packing)?.volume)
 }
 
 /// The server's light without what rings below zero: what is coded.
@@ -110,18 +88,10 @@ pub fn at_places(field: &Field, volume: &Volume, how: LookUp, places: &[Place]) 
 
 /// DDGI on the same probes with as many rays, all its bounces brought in.
 pub fn ddgi(paths: &PathTracer, volume: &Volume, samples: u32) -> Ddgi {
-    let mut ddgi = Ddgi::new(ddgi::Options {
-        origin: volume.origin,
-        spacing: volume.lattice.spacing,
-        dims: UVec3::from(volume.lattice.dims.map(u32::from)),
-        rays: samples,
-        hysteresis: 0.6,
-        cull_back_faces: true,
-        seed: 0,
-    });
-    let arrive = |origin, direction| ddgi_end(paths, origin, direction, true);
-    (0..SETTLE / 2).for_each(|_| ddgi.update(arrive));
-    ddgi.set_hysteresis(0.9);
-    (0..SETTLE).for_each(|_| ddgi.update(arrive));
-    ddgi
+    let server = Options {
+        samples,
+        hysteresis: Hysteresis::Fixed(0.9),
+        ..Options::default()
+    };
+    settled_ddgi(paths, volume, &server, SETTLE, &|| {}).0
 }

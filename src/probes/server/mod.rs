@@ -9,6 +9,7 @@ mod projection;
 mod sight;
 
 pub use history::Hysteresis;
+pub use projection::fit;
 
 use super::sh::{L2, MAX_DEGREE};
 use super::visibility::{SIDES, Visibility};

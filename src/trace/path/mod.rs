@@ -284,6 +284,32 @@ impl<'a> PathTracer<'a> {
         light
     }
 
+    /// The indirect light of [`PathTracer::scattered`], by one path: what the Lambert base reflects, and
+    /// what the coat does.
+    pub fn scattered_apart(
+        &self,
+        vertex: &Vertex,
+        random: &mut Random,
+        max_bounces: u32,
+    ) -> [Vec3; 2] {
+        let Some(next) = vertex.scatter(random) else {
+            return [Vec3::ZERO; 2];
+        };
+        let coat = Bsdf {
+            diffuse: Vec3::ZERO,
+            ..vertex.bsdf
+        };
+        let coat = coat.evaluate(vertex.normal, vertex.view, next.direction) / next.pdf;
+        let paths = Paths {
+            max_bounces: max_bounces.saturating_sub(1),
+            cull_back_faces: false,
+        };
+        let light = self
+            .radiance(vertex.origin, next.direction, *random, &paths)
+            .radiance;
+        [(next.weight - coat) * light, coat * light]
+    }
+
     /// What a punctual light contributes where nothing stands in its way, and the ray that finds
     /// out.
     fn unshadowed(&self, vertex: &Vertex, light: usize) -> (Vec3, Ray) {

@@ -1,0 +1,126 @@
+//! Accuracy over what a server can turn: degree, samples, hysteresis.
+
+use super::{Row, Setting};
+use crate::Result;
+use crate::cli::progress::Progress;
+use crate::measure::chart::{Axis, Chart, Level, Point, Series};
+use crate::measure::light::from_expansions;
+use crate::probes::content::{Content, Request};
+use crate::probes::server::{Hysteresis, Server};
+use crate::scene::Scene;
+use serde::Serialize;
+
+/// One point of a curve.
+#[derive(Serialize)]
+pub struct Knob {
+    pub curve: &'static str,
+    pub value: f64,
+    pub psnr: f64,
+    pub update_ms: f64,
+}
+
+/// PSNR of the picture over what a server can turn: unquantised probes, trilinear. The first frames are
+/// averaged, so that what is left of them is not the curve's shape.
+///
+/// # Errors
+/// `Invalid` for a volume that cannot be.
+pub fn curves(scene: &Scene, scored: &Setting, request: &Request, time: f64) -> Result<Vec<Knob>> {
+    let mut runs = Vec::new();
+    for degree in 0..=4 {
+        let mut server = request.server;
+        server.degree = degree;
+        runs.push(("degree", degree as f64, server));
+    }
+    for samples in [16, 64, 256, 1024] {
+        let mut server = request.server;
+        server.samples = samples;
+        runs.push(("samples", f64::from(samples), server));
+    }
+    for share in [0.8, 0.9, 0.95, 0.99, 0.998] {
+        let mut server = request.server;
+        server.hysteresis = Hysteresis::Adaptive(share);
+        runs.push(("hysteresis", f64::from(share), server));
+    }
+    let frames = request.settle.max(1);
+    let bar = Progress::new("Curves", runs.len() as u64 * u64::from(frames));
+    let mut knobs = Vec::new();
+    for (curve, value, options) in runs {
+        let request = Request {
+            server: options,
+            settle: 0,
+            ..*request
+        };
+        let mut content = Content::new(scene, &request, time, 0)?;
+        for _ in 0..frames {
+            content.tick(time);
+            bar.step(1);
+        }
+        let server: &Server = content.server();
+        let indirect = scored
+            .seen
+            .indirect(|surface| from_expansions(server, surface));
+        let [picture, _] = scored.score(&indirect)?;
+        knobs.push(Knob {
+            curve,
+            value,
+            psnr: picture.psnr,
+            update_ms: content.report().probe_update_ms,
+        });
+    }
+    Ok(knobs)
+}
+
+/// The curves as charts, with what the other methods reach.
+pub fn charts(knobs: &[Knob], rows: &[Row]) -> Vec<Chart> {
+    let chart = |curve: &str, title: &str, label: &str, log: bool| {
+        let points = knobs.iter().filter(|knob| knob.curve == curve);
+        Chart {
+            title: title.into(),
+            x: Axis {
+                label: label.into(),
+                log,
+            },
+            y: Axis {
+                label: "PSNR (dB)".into(),
+                log: false,
+            },
+            series: vec![Series {
+                name: "probes, trilinear".into(),
+                points: points
+                    .map(|knob| Point {
+                        x: knob.value,
+                        y: knob.psnr,
+                        label: format!("{:.0} ms", knob.update_ms),
+                    })
+                    .collect(),
+                line: true,
+            }],
+            levels: rows
+                .iter()
+                .filter(|row| !row.method.starts_with("probes"))
+                .map(|row| Level {
+                    name: row.method.clone(),
+                    y: row.picture.psnr,
+                })
+                .collect(),
+        }
+    };
+    if knobs.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        chart("degree", "Accuracy against degree", "highest degree", false),
+        chart(
+            "samples",
+            "Accuracy against samples",
+            "paths a probe and frame",
+            true,
+        ),
+        chart(
+            "hysteresis",
+            "Accuracy against hysteresis",
+            "share kept",
+            false,
+        ),
+    ]
+}
