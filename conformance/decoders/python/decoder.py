@@ -2,7 +2,7 @@
 
     decoder.py [--limit NAME=VALUE]... [--live] [--pieces N] [--partial]   a stream to its dump
     decoder.py --session                                                  a script to a transcript
-    decoder.py --queries                                                  AO at positions
+    decoder.py --queries                                                  AO or light at positions
     decoder.py --batch                                                    many of these requests
 
 Exit code: 0 complete, 1 refused, 2 more input is needed (--partial), 64 wrong
@@ -19,8 +19,10 @@ from typing import BinaryIO
 from container import Decoder
 from dump import Dump
 from errors import Fault
+from light import INTERPOLATIONS, Light
 from limits import Limits
 from sampling import ambient_occlusion, normalised
+from session import Track
 from tracks import POINTS
 
 COMPLETE, REFUSED, NEED_INPUT, USAGE, BROKEN = 0, 1, 2, 64, 70
@@ -159,25 +161,60 @@ def run_queries(options: Options, data: bytes, out: BinaryIO) -> int:
     status = run_stream(options, data[4:stream_end], decoder, out)
     if status != COMPLETE:
         return status
+    lights: dict[int, Light] = {}
     for line in data[stream_end:].split(b"\n"):
-        if not line.strip():
+        words = line.decode("utf-8", "replace").split()
+        if not words:
             continue
-        try:
-            track_id, *numbers = [int(word) for word in line.split()]
-            x, y, z, nx, ny, nz = numbers
-        except ValueError:
-            raise UsageError("a query is seven integers") from None
+        if not words[0].isdecimal():
+            raise UsageError("a query begins with a track")
+        track_id = int(words[0])
         track = decoder.session.live(track_id)
-        if track is None or track.declaration.model != POINTS:
-            raise UsageError(f"no track {track_id} of points")
-        ao = ambient_occlusion(
-            track.declaration,
-            track.content,
-            (x / 65536, y / 65536, z / 65536),
-            normalised((nx, ny, nz)),
-        )
-        out.write(f"{ao:.9f}\n".encode())
+        if track is None:
+            raise UsageError(f"no track {track_id}")
+        if track.declaration.model == POINTS:
+            numbers = [query_points(track, words[1:])]
+        else:
+            if track_id not in lights:
+                lights[track_id] = Light(track.declaration, track.content)
+            numbers = query_probes(lights[track_id], words[1:])
+        out.write(" ".join(f"{number:.9f}" for number in numbers).encode() + b"\n")
     return COMPLETE
+
+
+def query_points(track: Track, words: list[str]) -> float:
+    x, y, z, nx, ny, nz = integers(words, 6)
+    return ambient_occlusion(
+        track.declaration,
+        track.content,
+        (x / 65536, y / 65536, z / 65536),
+        normalised((nx, ny, nz)),
+    )
+
+
+def query_probes(light: Light, words: list[str]) -> list[float]:
+    *words, interpolation = words or [""]
+    if interpolation not in INTERPOLATIONS:
+        raise UsageError("a query of probes ends with an interpolation")
+    x, y, z, nx, ny, nz, vx, vy, vz, roughness = integers(words, 10)
+    irradiance, radiance = light.ask(
+        (x / 65536, y / 65536, z / 65536),
+        normalised((nx, ny, nz)),
+        normalised((vx, vy, vz)),
+        roughness / 65536,
+        interpolation,
+    )
+    return irradiance + radiance
+
+
+def integers(words: list[str], count: int) -> list[int]:
+    try:
+        numbers = [int(word) for word in words]
+    except ValueError:
+        raise UsageError("a query has a word that is no integer") from None
+    if len(numbers) != count:
+        raise UsageError(f"a query has {len(numbers)} integers where {count} are due")
+    return numbers
 
 
 # ---- Many requests ----
