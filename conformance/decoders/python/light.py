@@ -227,7 +227,7 @@ def project(
     """[B-077], [B-078]: red, green and blue, with a factor for each degree."""
     functions = basis(direction)
     return [
-        max(sum(factors[DEGREES[lm]] * coefficients[lm][c] * functions[lm] for lm in range(9)), 0.0)
+        max(0.0, sum(factors[DEGREES[lm]] * coefficients[lm][c] * functions[lm] for lm in range(9)))
         for c in range(3)
     ]
 

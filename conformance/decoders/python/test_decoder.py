@@ -1,6 +1,7 @@
 """Tests: the worked example and what is built from it, and volumes of probes that are made up. Run with `python test_decoder.py SPEC_FOLDER`."""
 
 import io
+import math
 import random
 import re
 import struct
@@ -11,13 +12,14 @@ from pathlib import Path
 import lz4.block
 import zstandard
 
+import light
 import probes
 from decoder import answer, read_options
 from digest import crc32c, xxh64
 from errors import Fault
 from limits import Limits
 from packing import unpack_lz4, unpack_zstd
-from sampling import octahedral
+from sampling import dot, normalised, octahedral
 from tracks import PACKED, RAW, Volume
 
 SPEC = Path(sys.argv[1])
@@ -603,6 +605,172 @@ def test_probes_errors() -> None:
     both = ((0x20, struct.pack("<4I", 0, 1, 0, 0)), (0x21, probes_record(nothing)))
     for limit, wanted in ((45, 4009), (46, 0)):
         assert outcome(stream_of(*items, *both, commit), f"--live --limit frame_bytes={limit}") == wanted
+
+def test_questions() -> None:
+    """The questions of examples-probes.md, of both interpolations, at the end of its stream."""
+    stream, questions = worked("examples-probes.md", "queries")
+    assert run(stream) == (0, worked("examples-probes.md", "dump")[1])
+    asked, answers = zip(*(line.split(" ; ") for line in questions.decode().splitlines()))
+    assert len(asked) == 4
+    data = len(stream).to_bytes(4, "little") + stream + "".join(line + "\n" for line in asked).encode()
+    status, output = run(data, "--queries")
+    lines = output.decode().splitlines()
+    assert status == 0 and len(lines) == len(asked)
+    for line, wanted in zip(lines, answers):
+        for ours, theirs in zip(line.split(), wanted.split(), strict=True):
+            assert abs(float(ours) - float(theirs)) <= 0.00005001, (line, wanted)
+
+
+def directions(rng: random.Random, count: int) -> list[tuple[float, float, float]]:
+    return [normalised(tuple(rng.gauss(0, 1) for _ in range(3))) for _ in range(count)]
+
+
+def test_basis() -> None:
+    """Orthonormal, by sums over the sphere; and the first digits, by the table of section 2."""
+    sums = [[0.0] * 9 for _ in range(9)]
+    rings, sides = 64, 8
+    for ring in range(rings):
+        z = (ring + 0.5) * 2 / rings - 1
+        for side in range(sides):
+            angle = (side + 0.5) * 2 * math.pi / sides
+            radius = math.sqrt(1 - z * z)
+            functions = light.basis((radius * math.cos(angle), radius * math.sin(angle), z))
+            for i in range(9):
+                for j in range(9):
+                    sums[i][j] += functions[i] * functions[j] * 4 * math.pi / (rings * sides)
+    for i in range(9):
+        for j in range(9):
+            assert abs(sums[i][j] - (i == j)) < 0.002, (i, j, sums[i][j])
+    x, y, z = 0.48, 0.6, 0.64
+    table = (
+        0.282095, 0.488603 * y, 0.488603 * z, 0.488603 * x, 1.092548 * x * y, 1.092548 * y * z,
+        0.315392 * (3 * z * z - 1), 1.092548 * x * z, 0.546274 * (x * x - y * y),
+    )
+    assert all(abs(a - b) < 1e-6 for a, b in zip(light.basis((x, y, z)), table, strict=True))
+
+
+def test_lobes() -> None:
+    """The table of section 12.5 against its integral; at the roughness 0 that has none."""
+    assert light.LOBES[0] == (1.0, 1.0) == light.lobe(0)
+    assert light.lobe(1) == light.LOBES[63]
+    count = 4000
+    for i in range(1, 64):
+        a_2 = (i / 63) ** 4
+        sums = [0.0] * 4
+        lowest = math.log(a_2)  # x = 1 - t, and steps even in log(a^2 + t), as the peak is at t = 0
+        step = (math.log(1 + a_2) - lowest) / count
+        for at in range(count):
+            t = math.exp(lowest + (at + 0.5) * step) - a_2
+            x = 1 - t
+            weight = (a_2 + t) * step / (1 + a_2 + (a_2 - 1) * x) ** 2
+            for j in range(4):
+                sums[j] += weight * x**j
+        k_1, k_2 = sums[2] / sums[1], (3 * sums[3] / sums[1] - 1) / 2
+        assert abs(k_1 - light.LOBES[i][0]) < 1e-6 and abs(k_2 - light.LOBES[i][1]) < 1e-6, i
+
+
+def test_lobe_direction() -> None:
+    """[B-079]: the mirror direction, the normal, and in their plane between."""
+    rng = random.Random(2)
+    for normal, view in zip(directions(rng, 50), directions(rng, 50)):
+        mirror = light.lobe_direction(normal, view, 0.0)
+        assert abs(dot(mirror, normal) - dot(view, normal)) < 1e-9
+        assert abs(dot(mirror, view) - (2 * dot(normal, view) ** 2 - 1)) < 1e-9
+        assert dot(light.lobe_direction(normal, view, 1.0), normal) > 1 - 1e-9
+        turned = [dot(light.lobe_direction(normal, view, r / 9), mirror) for r in range(10)]
+        assert turned == sorted(turned, reverse=True)
+
+
+def lit(dims: tuple, there: dict[int, probes.Probe], side: int = 0, block: bytes | None = None) -> light.Light:
+    return light.Light(volume(RAW, dims, side), probes.Content(there, block))
+
+
+def grey(value: int) -> probes.Probe:
+    """Of degree 0 alone, an f16 as its bits."""
+    return probes.Probe(3, (value,) * 3 + (0,) * 24)
+
+
+def test_interpolation() -> None:
+    """Corners, and what each kind of light comes to."""
+    rng = random.Random(4)
+    same = lit((3, 2, 1), {p: grey(0x3C00) for p in range(6)})
+    for normal, view in zip(directions(rng, 60), directions(rng, 60)):
+        x = tuple(rng.uniform(-1, 3) for _ in range(3))
+        corners = same.corners(x)
+        assert abs(sum(t for _, t in corners) - 1) < 1e-12 and all(t >= 0 for _, t in corners)
+        # Their mean is the nearest point of the box.
+        for axis, size in enumerate((3, 2, 1)):
+            mean = sum(t * corner[axis] for corner, t in corners)
+            assert abs(mean - min(max(x[axis], 0), size - 1)) < 1e-12
+        # Even light: c_0 = 1, so pi times Y_0, and Y_0 itself, wherever one asks.
+        for interpolation in light.INTERPOLATIONS:
+            irradiance, radiance = same.ask(x, normal, view, rng.random(), interpolation)
+            assert all(abs(v - math.pi / math.sqrt(4 * math.pi)) < 1e-9 for v in irradiance)
+            assert all(abs(v - 1 / math.sqrt(4 * math.pi)) < 1e-9 for v in radiance)
+
+    x, up, along = (0.5, 0, 0), (0, 1, 0), (1, 0, 0)
+    # Of two probes, one before a surface and one behind it: weights of 1.2 and 0.2.
+    two = lit((2, 1, 1), {0: grey(0x3C00), 1: grey(0)})
+    scale = math.sqrt(math.pi) / 2
+    assert abs(two.ask(x, along, up, 0.5, "resistant")[0][0] - scale * 0.2 / 1.4) < 1e-9
+    assert abs(two.ask(x, along, up, 0.5, "trilinear")[0][0] - scale * 0.5) < 1e-9
+    # An absent probe counts by its fill to one, and to the other as good as not.
+    fill = lit((3, 1, 1), {0: grey(0x3C00), 2: grey(0)})
+    assert abs(fill.ask(x, along, up, 0.5, "trilinear")[0][0] - scale * 0.75) < 1e-9
+    assert abs(fill.ask(x, along, up, 0.5, "resistant")[0][0] - scale) < 1e-9
+    # And no light is there where no probe is.
+    assert lit((2, 1, 1), {}).ask(x, along, up, 0.5, "resistant") == ([0] * 3, [0] * 3)
+
+
+def test_maps() -> None:
+    """Directions of texels find their texel, and the edges of a map fold as the sphere does."""
+    for side in (4, 8, 16):
+        block = bytes(v for at in range(side * side) for v in (at % 256, at * 7 % 256))
+        seen = lit((1, 1, 1), {0: grey(0x3C00)}, side, block)
+        for row in range(side):
+            for column in range(side):
+                # As the normal of a point, rounded to 16 bits.
+                u, v = ((i + 0.5) * 2 / side - 1 for i in (column, row))
+                q = octahedral(round(u * 32767), round(v * 32767), 16)
+                found = light.octahedral_coordinates(q)
+                assert all(abs(a - b) < 1e-4 for a, b in zip(found, (u, v)))
+                mean, deviation = seen.texel(0, column, row)
+                assert (round(mean * 255), round(deviation * 255)) == tuple(block[2 * (row * side + column) :][:2])
+                m, m2 = seen.moments(0, q)
+                assert abs(m - mean) < 0.01 and abs(m2 - mean**2 - deviation**2) < 0.02
+        last = side - 1
+        assert seen.texel(0, -1, 1) == seen.texel(0, 0, last - 1)
+        assert seen.texel(0, side, 1) == seen.texel(0, last, last - 1)
+        assert seen.texel(0, 2, -1) == seen.texel(0, last - 2, 0)
+        assert seen.texel(0, 2, side) == seen.texel(0, last - 2, last)
+        assert seen.texel(0, -1, -1) == seen.texel(0, last, last)
+        assert seen.texel(0, side, -1) == seen.texel(0, 0, last)
+        # Across an edge, and at an axis, moments are those of a step to either side.
+        rng = random.Random(side)
+        for x, y, z in directions(rng, 40):
+            for q, step in (
+                ((0, y, -abs(z)), (1e-9, 0, 0)), ((x, 0, -abs(z)), (0, 1e-9, 0)),
+                ((x, y, 0), (0, 0, 1e-9)), ((0, 0, -1), (1e-9, 1e-9, 0)),
+            ):
+                here = seen.moments(0, q)
+                for way in (1, -1):
+                    there = seen.moments(0, tuple(a + way * b for a, b in zip(q, step)))
+                    assert all(abs(a - b) < 1e-6 for a, b in zip(here, there)), (side, q)
+
+
+def test_share() -> None:
+    """[B-076] by hand, and at its edges."""
+
+    def share(mean: int, deviation: int, distance: float) -> float:
+        return lit((1, 1, 1), {0: grey(0x3C00)}, 4, bytes((mean, deviation)) * 16).share(0, (0, distance, 0))
+
+    assert share(102, 51, 0) == share(102, 51, 0.4 - 1e-9) == 1  # M = 0.4, V = 0.04
+    assert abs(share(102, 51, 0.4 + 1e-9) - 1) < 1e-6
+    assert abs(share(102, 51, 0.5) - 0.8**3) < 1e-9  # b = 0.04 / 0.05
+    assert abs(share(102, 51, 0.8) - 0.2**3 * (0.2**3 / 0.2) ** 2) < 1e-12  # b = 0.04 / 0.2, crushed
+    assert abs(share(51, 0, 0.2 + 1 / 255) - 0.5**3 * (0.5**3 / 0.2) ** 2) < 1e-9  # V at its least
+    assert share(255, 0, 9) == share(0, 0, 0) == 1
+    assert share(254, 0, 9) < 1e-6
 
 
 if __name__ == "__main__":
