@@ -532,3 +532,40 @@ fn bad_usage_exits_with_2() {
     }
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), 0);
 }
+
+#[test]
+fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
+    let folder = folder();
+    let folder = folder.path();
+    let chart = "chart hall --model probes --probes 3x2x3 --samples 16 --settle 2 --size 32x18 \
+                 --reference 4 --parts 2 --frames 2 -o";
+    let shown = succeeds(folder, &format!("{chart} a"));
+    for method in [
+        "direct light alone",
+        "DDGI",
+        "resistant, through bodies",
+        "raw, XOR, zstd 19",
+    ] {
+        assert!(shown.contains(method), "{shown} lacks {method}");
+    }
+    for file in [
+        "table.csv",
+        "parts.csv",
+        "rates.csv",
+        "size.svg",
+        "time.svg",
+        "ddgi.png",
+        "reference.png",
+        "absent_trilinear.png",
+        "denser_resistant.png",
+        "index.html",
+    ] {
+        assert!(folder.join("a").join(file).exists(), "{file}");
+    }
+    // Again in another folder: all but times is the same.
+    succeeds(folder, &format!("{chart} b"));
+    for file in ["parts.csv", "rates.csv", "denser_resistant.png"] {
+        let read = |run: &str| std::fs::read(folder.join(run).join(file)).expect("written");
+        assert_eq!(read("a"), read("b"), "{file}");
+    }
+}

@@ -6,6 +6,7 @@ use crate::probes::sample::{Field, resistant, trilinear};
 use crate::probes::sh::Y0;
 use crate::probes::volume::INSET;
 use crate::scene::{Instance, Material, Mesh, Pose, Scene};
+use crate::trace::path::{PathTracer, Sky};
 use crate::trace::{Aabb, Ray, Tracer};
 use glam::{Affine3A, UVec3};
 
@@ -120,6 +121,40 @@ fn probes_in_a_solid_box_are_found_and_stay_found() {
         // Those inside are asked now and then only.
         assert!(frame == 0 || tick.rays < 256 * 343);
     }
+}
+
+/// The same box when probes see through it: all are present, and one in the box sees the room.
+#[test]
+fn probes_that_see_through_bodies_are_all_there() {
+    let (low, high) = (Vec3::splat(-0.7), Vec3::splat(0.7));
+    let room = cuboid(Vec3::splat(-2.0), Vec3::splat(2.0), true);
+    let (scene, pose) = scene(vec![room, cuboid(low, high, false)]);
+    let tracer = Tracer::new(&scene, &pose);
+    let paths = PathTracer::new(&scene, &pose, &tracer, Sky::uniform(Vec3::ONE));
+    let over = Aabb {
+        min: Vec3::splat(-1.5),
+        max: Vec3::splat(1.5),
+    };
+    let volume = Volume::over(over, [3, 3, 3]).expect("a volume");
+    let see = |inside| {
+        let options = Options {
+            inside,
+            visibility: 8,
+            visibility_frames: 2,
+            ..plain()
+        };
+        let mut server = Server::new(volume, options).expect("a server");
+        (0..2).for_each(|_| {
+            crate::probes::content::update(&mut server, &paths);
+        });
+        let present = (0..27).filter(|p| server.is_present(*p)).count();
+        // From the middle to a metre ahead, beyond the box's face.
+        let share = server.visibility().expect("a block").share(13, Vec3::X);
+        (present, share)
+    };
+    assert_eq!(see(Inside::Through), (27, 1.0));
+    let (present, share) = see(Inside::Absent);
+    assert!(present == 26 && share < 0.01, "{present} {share}");
 }
 
 #[test]
