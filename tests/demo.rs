@@ -554,6 +554,7 @@ fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
         "rates.csv",
         "size.svg",
         "time.svg",
+        "lobe.csv",
         "ddgi.png",
         "reference.png",
         "absent_trilinear.png",

@@ -1,8 +1,9 @@
 //! `dapple chart --model probes`: indirect light from probes against path tracing, beside DDGI
-//! (Tables 1 to 3 of DDISH-GI), where the error comes from, what the light costs to send, and curves
-//! over degree, samples and hysteresis.
+//! (Tables 1 to 3 of DDISH-GI), where the error comes from, what the light costs to send, the error of
+//! the glossy lobe, and curves over degree, samples and hysteresis.
 
 mod curves;
+mod lobe;
 mod rates;
 
 use super::{Args, markdown};
@@ -317,9 +318,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         true => curves::curves(&scene, &scored, &request, time)?,
         false => Vec::new(),
     };
-    let mut charts = vec![by_size(&rows), by_time(&rows)];
+    let mut charts = vec![by_size(&rows), by_time(&rows), lobe::lobe()];
     charts.extend(curves::charts(&knobs, &rows));
-    let names = ["size", "time", "degree", "samples", "hysteresis"];
+    let names = ["size", "time", "lobe", "degree", "samples", "hysteresis"];
     for (chart, name) in charts.iter().zip(names) {
         save(&args.output.join(format!("{name}.svg")), &chart.to_svg())?;
         save(&args.output.join(format!("{name}.csv")), &chart.to_csv())?;

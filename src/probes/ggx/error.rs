@@ -10,7 +10,6 @@ use super::{environment, integrate, lobe, lobe_direction};
 use crate::points::rng::Rng;
 use crate::probes::sh::{L2, convolved, project};
 use glam::Vec3;
-use std::fmt::Write;
 
 /// Which direction the zonal lobe is centred on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,36 +94,11 @@ pub fn error(roughness: f32, n_v: f32, f0: f32, axis: Axis, lights: usize, seed:
     }
 }
 
-/// A table of [`error`] as comma-separated values: roughness 0.1 to 0.8, angles to the normal of 0
-/// to 80 degrees, a dielectric and a metal, either axis of the lobe.
-pub fn table(lights: usize, seed: u64) -> String {
-    let mut text = String::from("roughness,angle_degrees,f0,axis,rms,max\n");
-    for step in 1..=8 {
-        let roughness = step as f32 / 10.0;
-        for angle in (0..=80).step_by(10) {
-            let n_v = (angle as f32).to_radians().cos();
-            for f0 in [0.04, 1.0] {
-                for (axis, name) in [(Axis::Mirror, "mirror"), (Axis::Dominant, "dominant")] {
-                    let Error { rms, max } = error(roughness, n_v, f0, axis, lights, seed);
-                    let _ = writeln!(text, "{roughness:.1},{angle},{f0},{name},{rms:.5},{max:.5}");
-                }
-            }
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::probes::dering::minimum;
     use crate::probes::sh::evaluate_l2;
-
-    #[test]
-    #[ignore = "prints the table of errors"]
-    fn print_the_table() {
-        println!("{}", table(256, 1));
-    }
 
     #[test]
     fn lights_are_of_degree_2_non_negative_and_of_mean_1() {
