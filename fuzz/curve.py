@@ -8,7 +8,7 @@ import sys
 
 HERE = pathlib.Path(__file__).parent
 EVENT = re.compile(r"^(\d+) #(\d+)\s+(\w+)\s+cov: (\d+) ft: (\d+)")
-COLOURS = ["#4e79a7", "#f28e2b", "#e15759", "#76b7b2", "#59a14f", "#edc948", "#b07aa1", "#9c755f", "#333333", "#bab0ac"]
+COLOURS = ["#4e79a7", "#f28e2b", "#e15759", "#76b7b2", "#59a14f", "#edc948", "#b07aa1", "#9c755f", "#333333", "#bab0ac", "#d37295"]
 
 
 class Target:
