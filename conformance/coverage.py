@@ -13,12 +13,18 @@ import tempfile
 from mutate import FILES, ROOT, decodes
 
 # What callers ask, and what encoders and samplers compute: no decoding runs these.
-CALLERS = re.compile(r"^(tick_rate|tracks|points|position|buckets|cells|dirty_\w+|default|name|fmt|key|cell_of|hash|bucket|bucket_of_key|volume|check_finite|finish)$")
+CALLERS = re.compile(r"\b(tick_rate|tracks|points|position|buckets|cells|dirty_\w+|default|name|fmt|key|cell_of|hash|bucket|bucket_of_key|volume|check_finite|finish)$")
 
 
 def functions(text):
-    """(first line, name) of each function."""
-    return [(text.count("\n", 0, m.start()) + 1, m.group(1)) for m in re.finditer(r"\bfn (\w+)", text)]
+    """(first line, name) of each function, after the type that it belongs to."""
+    found, owner = [], ""
+    for m in re.finditer(r"^impl.*?(\w+)(?:<[^<>]*>)? \{$|^\}$|\bfn (\w+)", text, re.M):
+        if m.group(2):
+            found.append((text.count("\n", 0, m.start()) + 1, owner + m.group(2)))
+        else:
+            owner = f"{m.group(1)}::" if m.group(1) else ""
+    return found
 
 
 def main():
