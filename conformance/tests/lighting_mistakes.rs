@@ -37,6 +37,9 @@ listed! {
         AbsentBlack,
         AbsentCounts,
         AbsentNothing,
+        AbsentHalved,
+        AbsentDoubled,
+        AbsentAsUnseen,
         NotDivided,
         NoWrap,
         WrapWithoutFloor,
@@ -46,6 +49,10 @@ listed! {
         CosineClamped,
         NoVisibility,
         UnseenIsZero,
+        UnseenHalved,
+        UnseenDoubled,
+        /// Added to shares, and not their least.
+        UnseenAdded,
         NotCubed,
         NoCrush,
         CrushNotSquared,
@@ -57,6 +64,10 @@ listed! {
         /// The chance of longer distances counts below the mean, too.
         BoundBelowMean,
         NothingSeenHides,
+        /// Nothing is seen from a mean of 254 on.
+        OpenFrom254,
+        /// Nothing is seen from a mean of 255 on.
+        OpenFrom255,
         NearestTexel,
         TexelCorners,
         EdgesClamped,
@@ -64,6 +75,8 @@ listed! {
         MapTransposed,
         LowerNotFolded,
         FoldWithoutSign,
+        /// `sign(0)` is 0.
+        SignOfZero,
         /// The spread of means between texels is left out.
         DeviationsAlone,
         MeansAlone,
@@ -166,6 +179,7 @@ impl Sampler<'_> {
         if q[2] < 0.0 && !self.wrong(LowerNotFolded) {
             let sign = |t: f64| match t < 0.0 && !self.wrong(FoldWithoutSign) {
                 true => -1.0,
+                false if t == 0.0 && self.wrong(SignOfZero) => 0.0,
                 false => 1.0,
             };
             (u, v) = ((1.0 - v.abs()) * sign(u), (1.0 - u.abs()) * sign(v));
@@ -225,6 +239,9 @@ impl Sampler<'_> {
             return match () {
                 () if self.wrong(AbsentCounts) => 1.0,
                 () if self.wrong(AbsentNothing) => 0.0,
+                () if self.wrong(AbsentHalved) => constant("ABSENT") / 2.0,
+                () if self.wrong(AbsentDoubled) => constant("ABSENT") * 2.0,
+                () if self.wrong(AbsentAsUnseen) => unseen(),
                 () => constant("ABSENT"),
             };
         }
@@ -234,7 +251,14 @@ impl Sampler<'_> {
         };
         let range = f64::from(self.volume().visibility.range);
         let d = dot(q, q).sqrt();
-        let open = mean > range * (1.0 - 0.5 / 255.0) && !self.wrong(NothingSeenHides);
+        let below = match () {
+            () if self.wrong(OpenFrom254) => 1.0,
+            () if self.wrong(OpenFrom255) => 0.0,
+            () => 0.5,
+        };
+        // The room is that of rounding: a mean of 255 everywhere is at the range.
+        let nothing = range * (1.0 - (below + 1e-9) / 255.0);
+        let open = mean > nothing && !self.wrong(NothingSeenHides);
         if open || (d <= mean && !self.wrong(BoundBelowMean)) {
             return 1.0;
         }
@@ -255,10 +279,12 @@ impl Sampler<'_> {
             () if self.wrong(CrushNotSquared) => share * crushed,
             () => share * crushed * crushed,
         };
-        if self.wrong(UnseenIsZero) {
-            share.max(1e-30)
-        } else {
-            share.max(unseen())
+        match () {
+            () if self.wrong(UnseenIsZero) => share.max(1e-30),
+            () if self.wrong(UnseenHalved) => share.max(unseen() / 2.0),
+            () if self.wrong(UnseenDoubled) => share.max(unseen() * 2.0),
+            () if self.wrong(UnseenAdded) => share + unseen(),
+            () => share.max(unseen()),
         }
     }
 

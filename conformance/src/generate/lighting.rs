@@ -141,9 +141,7 @@ impl Field {
         if d <= mean || mean >= nothing {
             return Ok(1.0);
         }
-        let variance = (square - mean * mean).max(code * code);
-        let cubed = (variance / (variance + (d - mean).powi(2))).powi(3);
-        Ok((cubed * (cubed / CRUSH).min(1.0).powi(2)).max(UNSEEN))
+        Ok(share(mean, square, d, code).max(UNSEEN))
     }
 
     /// The light at a surface (B-071, B-072), and the same of magnitudes.
@@ -182,8 +180,15 @@ impl Field {
     }
 }
 
+/// The share of visibility at a distance above the mean, `code` being the metres of one (B-076).
+pub fn share(mean: f64, square: f64, d: f64, code: f64) -> f64 {
+    let variance = (square - mean * mean).max(code * code);
+    let cubed = (variance / (variance + (d - mean).powi(2))).powi(3);
+    cubed * (cubed / CRUSH).min(1.0).powi(2)
+}
+
 /// Moments of the distance in a direction (B-074, B-075).
-fn moments(side: i64, range: f64, texels: &[[u8; 2]], q: V) -> (f64, f64) {
+pub fn moments(side: i64, range: f64, texels: &[[u8; 2]], q: [f64; 3]) -> (f64, f64) {
     let sum = q.iter().map(|c| c.abs()).sum::<f64>();
     let p = if sum > 0.0 {
         [q[0] / sum, q[1] / sum]

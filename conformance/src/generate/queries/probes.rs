@@ -2,6 +2,7 @@
 //! [`super::super::lighting`].
 
 mod content;
+mod fine;
 mod geometry;
 mod sight;
 
@@ -35,7 +36,10 @@ pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     sight::walls(drafts)?;
     sight::lifted(drafts)?;
     sight::nothing_seen(drafts)?;
-    sight::blocks(drafts)
+    sight::blocks(drafts)?;
+    fine::on_axes(drafts)?;
+    fine::weights(drafts)?;
+    fine::threshold(drafts)
 }
 
 /// The f16 of a number, cut off; 0 below 2^-14.

@@ -10,7 +10,7 @@ use crate::generate::lighting;
 const SIDES: [u8; 3] = [4, 8, 16];
 
 /// A range of 2 m, which codes are fine steps of.
-fn seeing(dims: [u16; 3], side: u8) -> Volume {
+pub(super) fn seeing(dims: [u16; 3], side: u8) -> Volume {
     Volume {
         spacing: [1.0, 0.8, 1.25],
         range: 2.0,
@@ -19,7 +19,7 @@ fn seeing(dims: [u16; 3], side: u8) -> Volume {
 }
 
 /// Any distances about half of the spacing, blurred; no two texels alike.
-fn blurred(volume: &Volume, seed: u64) -> Vec<u8> {
+pub(super) fn blurred(volume: &Volume, seed: u64) -> Vec<u8> {
     let mut draw = Draw(seed);
     let texels = (0..volume.visibility_bytes() / 2).flat_map(|_| {
         let mean = 50 + draw.below(90) as u8;
