@@ -126,8 +126,40 @@ fn the_oracle_reproduces_what_is_linear() {
     }
 }
 
+fn read(name: &str) -> String {
+    std::fs::read_to_string(clauses::folder().join(name)).expect("a chapter")
+}
+
 fn chapter() -> String {
-    std::fs::read_to_string(clauses::folder().join("probes.md")).expect("the chapter")
+    read("probes.md")
+}
+
+/// The share that is worked out over a map of its own is the oracle's.
+#[test]
+fn the_worked_share_is_the_oracles() {
+    let text = read("examples-probes.md");
+    let texels: Vec<[u8; 2]> = (0..16)
+        .map(|t| (t % 4, t / 4))
+        .map(|(i, j)| [40 + 4 * i + 10 * j, 10 + i + j])
+        .collect();
+    let q: [f64; 3] = [0.3, -0.1, -0.6];
+    let d = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let code = 2.0 / 255.0;
+    let (mean, square) = lighting::moments(4, 2.0, &texels, q);
+    let share = lighting::share(mean, square, d, code);
+    // The other way of the crush, as the share is crushed.
+    let cubed = (share * 0.2 * 0.2).cbrt();
+    for (name, value) in [
+        ("M", mean),
+        ("M2", square),
+        ("d", d),
+        ("b", cubed.cbrt()),
+        ("b^3", cubed),
+        ("share", share),
+    ] {
+        let line = format!("{name:<13}{value:.6}");
+        assert!(text.lines().any(|l| l == line), "{line}");
+    }
 }
 
 /// The table of constants is the oracle's.
