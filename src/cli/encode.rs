@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })?;
 
     if args.json {
-        output::print_json(&report)?;
+        output::print_report(&report)?;
     } else {
         output::print(&summary(args, &report))?;
     }

@@ -1,6 +1,7 @@
 //! From arguments to what the library is asked for.
 
 use super::args::{self, EncodeArgs, Model, ProbesArgs, SceneArgs, ViewArgs};
+use super::output;
 use super::progress::Progress;
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
@@ -140,10 +141,7 @@ impl SceneArgs {
     pub fn open(&self) -> Result<Scene> {
         let scene = self.load()?;
         for warning in &scene.warnings {
-            super::tell(&Error::Invalid(format!(
-                "warning: {}: {warning}",
-                scene.name
-            )));
+            output::warn(&format!("{}: {warning}", scene.name));
         }
         Ok(scene)
     }

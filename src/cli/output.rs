@@ -1,6 +1,7 @@
-//! What commands print on stdout.
+//! What commands print: results on stdout, warnings on stderr.
 
 use std::io::{ErrorKind, Write};
+use std::sync::Mutex;
 
 use serde::Serialize;
 
@@ -29,6 +30,40 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::Invalid(format!("the result is no JSON ({e})")))?;
     print(&(text + "\n"))
+}
+
+/// Prints a report as one JSON document, with the warnings of this run as its `warnings`.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_report(report: &impl Serialize) -> Result<()> {
+    #[derive(Serialize)]
+    struct Document<'a, T> {
+        #[serde(flatten)]
+        report: &'a T,
+        warnings: Vec<String>,
+    }
+    print_json(&Document {
+        report,
+        warnings: warnings(),
+    })
+}
+
+/// Warnings of this run, in the order they came.
+static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Prints one sentence on stderr as a warning, once a run, and keeps it for [`print_report`].
+pub fn warn(text: &str) {
+    let mut known = WARNINGS.lock().unwrap_or_else(|e| e.into_inner());
+    if !known.iter().any(|t| t == text) {
+        super::tell(&Error::Invalid(format!("warning: {text}")));
+        known.push(text.to_owned());
+    }
+}
+
+/// The warnings of this run so far.
+pub fn warnings() -> Vec<String> {
+    WARNINGS.lock().unwrap_or_else(|e| e.into_inner()).clone()
 }
 
 /// An error of writing to stdout.
