@@ -2,7 +2,7 @@
 //! and, where there is an adapter, `probes/sample.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use dapple::codec::{Decoder, Event, Limits, LiveTrack};
+use dapple::codec::{Decoder, LiveTrack};
 use dapple::probes::client::ProbesVolume;
 use dapple::probes::sample::{Arriving, Field};
 use dapple::probes::{ggx, sample, visibility};
@@ -11,8 +11,10 @@ use dapple::render::probes::ProbeVolume;
 use dapple::render::probes::device::{Tables, Volume};
 use dapple_conformance::clauses;
 use dapple_conformance::generate::lighting;
-use dapple_conformance::protocol::{Arguments, Mode, Own, POSITION_UNIT, Program as _, Surface};
-use dapple_conformance::vector::{self, Interpolation, Kind, ProbesQuery, Query, Vector};
+use dapple_conformance::protocol::{
+    self, Arguments, Interpolation, Mode, Own, POSITION_UNIT, Program as _, Surface,
+};
+use dapple_conformance::vector::{self, Kind, ProbesQuery, Query, Vector};
 use glam::{DVec3, Vec3};
 
 fn vectors() -> Vec<Vector> {
@@ -24,17 +26,7 @@ fn vectors() -> Vec<Vector> {
 
 /// What a stream leaves: ids and volumes.
 fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
-    let mut decoder = Decoder::new(Limits::default());
-    let mut input = &vector.bytes[..];
-    loop {
-        let (used, event) = decoder.push(input).expect("a valid stream");
-        input = &input[used..];
-        match event {
-            Event::End => break,
-            Event::NeedInput => panic!("{}: cut off", vector.path()),
-            _ => {}
-        }
-    }
+    let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
     let volume = |live: &LiveTrack| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
         (live.track.id, volume)

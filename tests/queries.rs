@@ -1,13 +1,13 @@
 //! The samplers of the client against the query vectors of `points`: `points/sample.rs` on the CPU and, where
 //! there is an adapter, `points/sample.wgsl`; both as Eq. 4 has it, without filling gaps.
 
-use dapple::codec::{Decoder, Event, Limits};
+use dapple::codec::Decoder;
 use dapple::points::client::{PointsState, PointsTrack};
 use dapple::points::sample::{Fallback, sample};
 use dapple::render::gbuffer::{Fragment, GBuffer};
 use dapple::render::gpu::Gpu;
 use dapple::render::points::PointsPass;
-use dapple_conformance::protocol::POSITION_UNIT;
+use dapple_conformance::protocol::{self, POSITION_UNIT};
 use dapple_conformance::vector::{self, Kind, PointsQuery, Query, Vector};
 use glam::{DVec3, Vec3};
 
@@ -32,17 +32,7 @@ struct Decoded {
 }
 
 fn decoded(vector: &Vector) -> Decoded {
-    let mut decoder = Decoder::new(Limits::default());
-    let mut input = &vector.bytes[..];
-    loop {
-        let (used, event) = decoder.push(input).expect("a valid stream");
-        input = &input[used..];
-        match event {
-            Event::End => break,
-            Event::NeedInput => panic!("{}: cut off", vector.path()),
-            _ => {}
-        }
-    }
+    let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
     let track = |live: &dapple::codec::LiveTrack| {
         let place = decoder.points().place_of(live).expect("a track of points");
         PointsTrack {

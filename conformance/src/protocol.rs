@@ -4,11 +4,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dapple_codec::{Decoder, Error, Limit, Limits, LiveTrack, Model};
+use dapple_codec::{Decoder, Error, Event, Limit, Limits, LiveTrack, Model};
 use serde::{Deserialize, Serialize};
 
 use crate::dump;
-use crate::vector::Interpolation;
 
 /// What to do with the input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,6 +104,47 @@ pub struct Surface {
     pub roughness: f32,
     /// How probes are weighed.
     pub interpolation: Interpolation,
+}
+
+/// How the probes about a place are weighed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Interpolation {
+    /// By their distances along the axes alone.
+    Trilinear,
+    /// By what they can tell of the place as well.
+    Resistant,
+}
+
+impl Interpolation {
+    /// All.
+    pub const ALL: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Resistant];
+
+    /// Its name in the specification.
+    pub fn name(self) -> &'static str {
+        match self {
+            Interpolation::Trilinear => "trilinear",
+            Interpolation::Resistant => "resistant",
+        }
+    }
+}
+
+/// Our own decoder once it has taken in a whole stream.
+///
+/// # Errors
+/// The stream's first fault, or none where it has no end.
+pub fn decoded(stream: &[u8]) -> Result<Decoder, Option<Error>> {
+    let mut decoder = Decoder::new(Limits::default());
+    let mut input = stream;
+    loop {
+        let (used, event) = decoder.push(input).map_err(Some)?;
+        input = &input[used..];
+        match event {
+            Event::End => return Ok(decoder),
+            Event::NeedInput => return Err(None),
+            _ => {}
+        }
+    }
 }
 
 /// A decoder that can be asked.

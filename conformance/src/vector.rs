@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::protocol::{self, Fault};
+use crate::protocol::{self, Fault, Interpolation};
 
 /// What sort of vector it is: the folder it lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,29 +114,6 @@ pub struct ProbesQuery {
     pub irradiance: [[u64; 2]; 3],
     /// Smallest and largest filtered radiance, likewise.
     pub radiance: [[u64; 2]; 3],
-}
-
-/// How the probes about a place are weighed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Interpolation {
-    /// By their distances along the axes alone.
-    Trilinear,
-    /// By what they can tell of the place as well.
-    Resistant,
-}
-
-impl Interpolation {
-    /// All.
-    pub const ALL: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Resistant];
-
-    /// Its name in the specification.
-    pub fn name(self) -> &'static str {
-        match self {
-            Interpolation::Trilinear => "trilinear",
-            Interpolation::Resistant => "resistant",
-        }
-    }
 }
 
 impl Query {

@@ -8,7 +8,8 @@ use dapple_conformance::forge::probes::{Probe, Volume};
 use dapple_conformance::generate::frames::Frames;
 use dapple_conformance::generate::held::{Content, Held};
 use dapple_conformance::generate::lighting::{self, CONSTANTS, Field, Surface, asked, look_up};
-use dapple_conformance::vector::{Interpolation, ProbesQuery};
+use dapple_conformance::protocol::Interpolation;
+use dapple_conformance::vector::ProbesQuery;
 
 /// A track of one frame with raw probes and the same texel everywhere.
 fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> Held {

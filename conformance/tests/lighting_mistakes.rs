@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use dapple_codec::{Decoder, Event, Limits, LiveTrack, Model};
+use dapple_codec::{Decoder, LiveTrack, Model};
 use dapple_conformance::generate;
 use dapple_conformance::generate::lighting::{self, CONSTANTS};
-use dapple_conformance::vector::{Interpolation, Kind, ProbesQuery, Query, Vector};
+use dapple_conformance::protocol::{self, Interpolation};
+use dapple_conformance::vector::{Kind, ProbesQuery, Query, Vector};
 
 /// An enum, and a list of all its variants.
 macro_rules! listed {
@@ -471,15 +472,8 @@ fn decoded() -> Vec<(Vector, Decoder)> {
         .into_iter()
         .filter(|v| v.kind == Kind::Queries && v.area == "probes");
     let decode = |vector: Vector| {
-        let mut decoder = Decoder::new(Limits::default());
-        let mut input = &vector.bytes[..];
-        loop {
-            let (used, event) = decoder.push(input).expect("a valid stream");
-            input = &input[used..];
-            if event == Event::End {
-                return (vector, decoder);
-            }
-        }
+        let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+        (vector, decoder)
     };
     queries.map(decode).collect()
 }

@@ -1,13 +1,14 @@
 //! The oracle of the query vectors against a search over all points, and the vectors against
 //! samplers with a mistake: each mistake must show.
 
+use dapple_codec::Decoder;
 use dapple_codec::points::{Cell, EMPTY, Grid};
-use dapple_codec::{Decoder, Event, Limits};
 use dapple_conformance::forge::Entry;
 use dapple_conformance::generate;
 use dapple_conformance::generate::frames::{Frames, entry, filled};
 use dapple_conformance::generate::queries::Draw;
 use dapple_conformance::generate::sampling::{all, look_up, occlusion, place, within_block};
+use dapple_conformance::protocol;
 use dapple_conformance::vector::{Kind, PointsQuery, Query, Vector};
 
 #[test]
@@ -376,15 +377,8 @@ fn decoded() -> Vec<(Vector, Decoder)> {
         .into_iter()
         .filter(|v| v.kind == Kind::Queries && v.area == "points");
     let decode = |vector: Vector| {
-        let mut decoder = Decoder::new(Limits::default());
-        let mut input = &vector.bytes[..];
-        loop {
-            let (used, event) = decoder.push(input).expect("a valid stream");
-            input = &input[used..];
-            if event == Event::End {
-                return (vector, decoder);
-            }
-        }
+        let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+        (vector, decoder)
     };
     queries.map(decode).collect()
 }

@@ -9,10 +9,12 @@ use dapple_conformance::forge::probes::Volume;
 use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{Answer, Arguments, Mode, Own, Program, Status, split};
+use dapple_conformance::protocol::{
+    Answer, Arguments, Interpolation, Mode, Own, Program, Status, split,
+};
 use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
 use dapple_conformance::vector::{
-    Class, Info, Interpolation, Kind, PointsQuery, Query, Vector, files_of, load, sha256,
+    Class, Info, Kind, PointsQuery, Query, Vector, files_of, load, sha256,
 };
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");

@@ -9,10 +9,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{Own, Program, Surface};
+use dapple_conformance::protocol::{Interpolation, Own, Program, Surface};
 use dapple_conformance::report;
 use dapple_conformance::run::{self, Report};
-use dapple_conformance::vector::{self, Interpolation, Vector};
+use dapple_conformance::vector::{self, Vector};
 use glam::Vec3;
 
 use super::progress::Progress;

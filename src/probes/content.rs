@@ -28,6 +28,19 @@ pub struct Request {
     pub sky: Sky,
 }
 
+impl Request {
+    /// Where the probes stand: in the box that was asked for, or in one that fits the scene.
+    ///
+    /// # Errors
+    /// `Invalid` for a volume that cannot be.
+    pub fn place(&self, scene: &Scene, pose: &Pose, tracer: &Tracer) -> Result<Volume> {
+        match self.bounds {
+            Some(bounds) => Volume::over(bounds, self.dims),
+            None => Volume::fit(scene, pose, tracer, self.dims),
+        }
+    }
+}
+
 /// What came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "cli", derive(serde::Serialize))]
@@ -135,10 +148,7 @@ impl<'s> Content<'s> {
     pub fn new(scene: &'s Scene, request: &Request, time: f64, id: u32) -> Result<Content<'s>> {
         let pose = scene.pose(time);
         let tracer = Tracer::new(scene, &pose);
-        let place = match request.bounds {
-            Some(bounds) => Volume::over(bounds, request.dims)?,
-            None => Volume::fit(scene, &pose, &tracer, request.dims)?,
-        };
+        let place = request.place(scene, &pose, &tracer)?;
         let server = Server::new(place, request.server)?;
         let side = request.server.visibility as u8;
         let volume = probes::Volume {

@@ -12,7 +12,7 @@ const MASKED: u32 = 2; // SHARED
 const BLENDED: u32 = 4; // SHARED
 
 const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -122,7 +122,7 @@ impl Raster {
         let materials = gpu.storage("materials", bytemuck::cast_slice(&materials))?;
         let alphas = gpu.storage("masks", &alphas)?;
         let camera = gpu.uniform("camera", &[0; 64]);
-        let pipeline = pipeline(gpu);
+        let pipeline = pipeline(gpu, "visibility", "seen", &[Some(COLOR.into())]);
         let buffers = [instances, positions, uvs, triangles, materials, alphas];
         let bindings = bind(gpu, &pipeline, &camera, &buffers);
         gpu.check()?;
@@ -388,7 +388,7 @@ fn bind(
 }
 
 /// `raster.wgsl`.
-pub(super) fn module(gpu: &Gpu) -> wgpu::ShaderModule {
+fn module(gpu: &Gpu) -> wgpu::ShaderModule {
     gpu.device
         .create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("raster.wgsl"),
@@ -396,11 +396,18 @@ pub(super) fn module(gpu: &Gpu) -> wgpu::ShaderModule {
         })
 }
 
-fn pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
+/// A pipeline of `raster.wgsl` that keeps the nearest surface: its fragment entry point, and what that
+/// writes beside depth.
+pub(super) fn pipeline(
+    gpu: &Gpu,
+    label: &str,
+    fragment: &str,
+    targets: &[Option<wgpu::ColorTargetState>],
+) -> wgpu::RenderPipeline {
     let module = module(gpu);
     gpu.device
         .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("visibility"),
+            label: Some(label),
             layout: None,
             vertex: wgpu::VertexState {
                 module: &module,
@@ -419,9 +426,9 @@ fn pipeline(gpu: &Gpu) -> wgpu::RenderPipeline {
             multisample: Default::default(),
             fragment: Some(wgpu::FragmentState {
                 module: &module,
-                entry_point: Some("seen"),
+                entry_point: Some(fragment),
                 compilation_options: Default::default(),
-                targets: &[Some(COLOR.into())],
+                targets,
             }),
             multiview_mask: None,
             cache: None,

@@ -4,7 +4,8 @@
 use super::held::Held;
 use super::values;
 use crate::forge::probes::Volume;
-use crate::vector::{Interpolation, ProbesQuery};
+use crate::protocol::Interpolation;
+use crate::vector::ProbesQuery;
 use std::f64::consts::PI;
 
 /// Least weight of a probe behind the surface.

@@ -74,18 +74,19 @@ struct Parts {
 struct Setting {
     seen: Seen,
     reference: PathPicture,
+    /// Radiance of the reference, all of it and the indirect part.
+    all: Vec<Vec3>,
+    indirect: Vec<Vec3>,
     exposure: f32,
 }
 
 impl Setting {
     fn score(&self, indirect: &[Indirect]) -> Result<[Difference; 2]> {
         let light: Vec<Vec3> = indirect.iter().map(|r| r.diffuse + r.glossy).collect();
-        let all = self.reference.light(Part::All);
-        let only = self.reference.light(Part::Indirect);
+        let lit = self.seen.lit(indirect);
         Ok([
-            self.seen
-                .score(&self.seen.lit(indirect), &all, self.exposure)?,
-            self.seen.score(&light, &only, self.exposure)?,
+            self.seen.score(&lit, &self.all, self.exposure)?,
+            self.seen.score(&light, &self.indirect, self.exposure)?,
         ])
     }
 }
@@ -102,7 +103,7 @@ impl Apart {
     fn new(scored: &Setting, paths: &PathTracer, samples: u32) -> Apart {
         let seen = scored.seen.every(STEP);
         Apart {
-            all: scored.seen.pick(&scored.reference.light(Part::All), STEP),
+            all: scored.seen.pick(&scored.all, STEP),
             right: seen.numbered(|i, surface| from_paths(paths, surface, i, samples)),
             exposure: scored.exposure,
             seen,
@@ -230,11 +231,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         state::save(&file, &reference, &subject)?;
     }
     drop(bar);
+    let all = reference.light(Part::All);
     let scored = Setting {
         seen: Seen::new(&paths, &camera, width, height),
-        exposure: args
-            .exposure
-            .unwrap_or_else(|| exposure(&reference.light(Part::All))),
+        exposure: args.exposure.unwrap_or_else(|| exposure(&all)),
+        indirect: reference.light(Part::Indirect),
+        all,
         reference,
     };
     let apart = Apart::new(&scored, &paths, args.parts);
@@ -282,9 +284,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             picture(args, &scored, &indirect, &format!("{}_{how}", variant.file))?;
         }
     }
-    let place = *Content::new(&scene, &variants[0].request, time, 0)?
-        .server()
-        .volume();
+    let place = request.place(&scene, &pose, &tracer)?;
     let step = || bar.step(1);
     let (ddgi, ddgi_ms) = settled_ddgi(&paths, &place, &request.server, frames, &step);
     drop(bar);
@@ -302,8 +302,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     parts.push(apart.parts("DDGI", &apart.seen.indirect(look))?);
     picture(args, &scored, &indirect, "ddgi")?;
     picture(args, &scored, &none, "direct")?;
-    let all = scored.reference.light(Part::All);
-    let developed = scored.seen.picture(&all, scored.exposure);
+    let developed = scored.seen.picture(&scored.all, scored.exposure);
     developed.write_png(&args.output.join("reference.png"))?;
 
     let mut tables = vec![

@@ -3,13 +3,11 @@
 
 use super::{Face, Plan, Projection, ROUNDING};
 use crate::render::gpu::Gpu;
-use crate::render::raster::{self, Raster};
+use crate::render::raster::{self, DEPTH, Raster};
 use crate::scene::{Deformed, Pose};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::Affine3A;
-
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// 64 bytes, as in `shadow.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -66,36 +64,7 @@ impl Shown {
 
 impl ShadowPass {
     pub fn new(gpu: &Gpu) -> Result<ShadowPass> {
-        let module = raster::module(gpu);
-        let pipeline = gpu
-            .device
-            .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("shadow"),
-                layout: None,
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("corner"),
-                    compilation_options: Default::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some("covers"),
-                    compilation_options: Default::default(),
-                    targets: &[],
-                }),
-                multiview_mask: None,
-                cache: None,
-            });
+        let pipeline = raster::pipeline(gpu, "shadow", "covers", &[]);
         gpu.check()?;
         Ok(ShadowPass {
             pipeline,

@@ -13,7 +13,8 @@ use crate::generate::Draft;
 use crate::generate::frames::Frames;
 use crate::generate::held::{Content, Held};
 use crate::generate::lighting::asked;
-use crate::vector::{Interpolation, ProbesQuery, Query};
+use crate::protocol::Interpolation;
+use crate::vector::{ProbesQuery, Query};
 use Interpolation::{Resistant, Trilinear};
 
 /// Adds the vectors of this part.
