@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all tests. Installs the software Vulkan driver where there is none and where it may, so that
-# the tests of the GPU passes run, too.
+# Runs all tests. Installs what some of them need where it is missing and where the script may: the
+# software Vulkan driver for the GPU passes, and Chromium, whose WGSL compiler is strict.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -10,6 +10,14 @@ if ! ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json >/dev/null 2>&1;
         apt-get install -y -qq --no-install-recommends mesa-vulkan-drivers libvulkan1
     else
         echo "No Vulkan driver found: install one (Debian: mesa-vulkan-drivers) to test the GPU passes." >&2
+    fi
+fi
+if ! command -v chromium >/dev/null; then
+    if command -v apt-get >/dev/null && [ "$(id -u)" = 0 ]; then
+        apt-get update -qq
+        apt-get install -y -qq --no-install-recommends chromium
+    else
+        echo "Chromium not found: install it to check the shaders with a strict compiler." >&2
     fi
 fi
 # The software driver wants a private runtime folder.

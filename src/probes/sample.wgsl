@@ -101,7 +101,7 @@ fn resistant(x: vec3f, n: vec3f, v: vec3f) -> L2 {
     var plain = Flat();
     var total = 0.0;
     for (var corner = 0u; corner < 8u; corner++) {
-        let pick = vec3u(corner & 1u, corner >> 1u & 1u, corner >> 2u);
+        let pick = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
         let sides = select(1.0 - f, f, pick == vec3u(1u));
         let trilinear_weight = sides.x * sides.y * sides.z;
         let place = min(base + pick, last);
@@ -113,7 +113,7 @@ fn resistant(x: vec3f, n: vec3f, v: vec3f) -> L2 {
         let half_cosine = 0.5 + 0.5 * dot(to_probe, n);
         let wrap = half_cosine * half_cosine + WRAP;
         var trust = 1.0;
-        if (present[number / 32u] >> (number % 32u) & 1u) == 0u {
+        if ((present[number / 32u] >> (number % 32u)) & 1u) == 0u {
             trust = ABSENT;
         } else if volume.side > 0u {
             trust = max(share(number, seen_at - probe), UNSEEN);
@@ -166,7 +166,7 @@ fn moments(probe: u32, direction: vec3f) -> vec2f {
             let texel = fold(i32(base.y) + row, i32(base.x) + column, n);
             let index = probe * u32(n * n) + texel;
             let word = visibility[index / 2u] >> (16u * (index % 2u));
-            let codes = vec2f(f32(word & 255u), f32(word >> 8u & 255u));
+            let codes = vec2f(f32(word & 255u), f32((word >> 8u) & 255u));
             let metres = codes * (volume.range / 255.0);
             sums += weight * vec2f(metres.x, metres.x * metres.x + metres.y * metres.y);
         }

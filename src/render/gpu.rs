@@ -1,5 +1,6 @@
 //! A headless graphics device and the few things every pass needs of it.
 
+use super::shaders::Shader;
 use crate::{Error, Result};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -46,6 +47,15 @@ impl Gpu {
             name,
             fault,
         })
+    }
+
+    /// The compiled module of a pass.
+    pub fn module(&self, shader: &Shader) -> wgpu::ShaderModule {
+        self.device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(shader.name),
+                source: wgpu::ShaderSource::Wgsl(shader.source.into()),
+            })
     }
 
     /// The adapter and its interface, and whether it is software.

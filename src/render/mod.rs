@@ -17,6 +17,7 @@ pub mod points;
 pub mod probes;
 pub mod raster;
 pub mod shade;
+pub mod shaders;
 pub mod shadow;
 pub mod tone;
 pub mod view;

@@ -3,6 +3,7 @@
 
 use super::gbuffer::{GBuffer, NONE};
 use super::gpu::Gpu;
+use super::shaders;
 use crate::points::client::{PointsState, PointsTrack};
 use crate::points::sample::{self, Case, Fallback, GridTransform, NO_TRACK};
 use crate::{Error, Result};
@@ -163,12 +164,7 @@ pub struct PointsPass {
 
 impl PointsPass {
     pub fn new(gpu: &Gpu) -> Result<PointsPass> {
-        let module = gpu
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("sample.wgsl"),
-                source: wgpu::ShaderSource::Wgsl(include_str!("../points/sample.wgsl").into()),
-            });
+        let module = gpu.module(&shaders::POINTS);
         let pipeline = gpu
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

@@ -2,6 +2,7 @@
 
 use super::gbuffer::{NONE, Seen, Visibility};
 use super::gpu::Gpu;
+use super::shaders;
 use super::view::View;
 use crate::scene::{Alpha, Pose, Scene, Wrap};
 use crate::{Error, Result};
@@ -387,15 +388,6 @@ fn bind(
     gpu.bind(&pipeline.get_bind_group_layout(0), &buffers)
 }
 
-/// `raster.wgsl`.
-fn module(gpu: &Gpu) -> wgpu::ShaderModule {
-    gpu.device
-        .create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("raster.wgsl"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("raster.wgsl").into()),
-        })
-}
-
 /// A pipeline of `raster.wgsl` that keeps the nearest surface: its fragment entry point, and what that
 /// writes beside depth.
 pub(super) fn pipeline(
@@ -404,7 +396,7 @@ pub(super) fn pipeline(
     fragment: &str,
     targets: &[Option<wgpu::ColorTargetState>],
 ) -> wgpu::RenderPipeline {
-    let module = module(gpu);
+    let module = gpu.module(&shaders::RASTER);
     gpu.device
         .create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(label),

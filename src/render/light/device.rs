@@ -3,6 +3,7 @@
 use super::{Indirect, NO_VOLUME, Pixel, Source, Timings};
 use crate::render::gpu::Gpu;
 use crate::render::probes::device::{Tables, Volume};
+use crate::render::shaders;
 use crate::render::shadow::Plan;
 use crate::render::shadow::device::GpuFace;
 use crate::scene::{LightKind, LightPose};
@@ -79,17 +80,7 @@ pub struct LightPass {
 
 impl LightPass {
     pub fn new(gpu: &Gpu) -> Result<LightPass> {
-        let source = concat!(
-            include_str!("../shadow.wgsl"),
-            include_str!("../../probes/sample.wgsl"),
-            include_str!("../light.wgsl")
-        );
-        let module = gpu
-            .device
-            .create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("light.wgsl"),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            });
+        let module = gpu.module(&shaders::LIGHT);
         let pipeline = |entry_point| {
             gpu.device
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

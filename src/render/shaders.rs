@@ -1,0 +1,33 @@
+//! The WGSL modules of all passes, as they are compiled.
+
+/// A module: its name in messages and its source.
+#[derive(Clone, Copy, Debug)]
+pub struct Shader {
+    pub name: &'static str,
+    pub source: &'static str,
+}
+
+/// Rasterises triangles for the visibility and shadow passes.
+pub const RASTER: Shader = Shader {
+    name: "raster.wgsl",
+    source: include_str!("raster.wgsl"),
+};
+
+/// Looks up the AO of `points`.
+pub const POINTS: Shader = Shader {
+    name: "points/sample.wgsl",
+    source: include_str!("../points/sample.wgsl"),
+};
+
+/// Direct light under shadow maps, and indirect light from `probes`.
+pub const LIGHT: Shader = Shader {
+    name: "light.wgsl",
+    source: concat!(
+        include_str!("shadow.wgsl"),
+        include_str!("../probes/sample.wgsl"),
+        include_str!("light.wgsl")
+    ),
+};
+
+/// All modules.
+pub const ALL: [Shader; 3] = [RASTER, POINTS, LIGHT];
