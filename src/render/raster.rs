@@ -4,7 +4,7 @@ use super::gbuffer::{NONE, Seen, Visibility};
 use super::gpu::Gpu;
 use super::shaders;
 use super::view::View;
-use crate::scene::{Alpha, Pose, Scene, Wrap};
+use crate::scene::{Alpha, Mesh, Pose, Scene, TextureRef, Wrap};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
@@ -21,7 +21,7 @@ struct GpuInstance {
     /// Columns of the 3x4 matrix, each padded to 16 bytes.
     world_from_mesh: [[f32; 4]; 4],
     first_position: u32,
-    first_uv: u32,
+    first_corner: u32,
     first_triangle: u32,
     mirrored: u32,
 }
@@ -43,7 +43,7 @@ struct GpuMaterial {
 #[derive(Clone, Copy)]
 struct Place {
     first_position: u32,
-    first_uv: u32,
+    first_corner: u32,
     first_triangle: u32,
     triangles: u32,
 }
@@ -55,8 +55,8 @@ pub struct Raster {
     places: Vec<Place>,
     /// First of an instance's own posed vertices; `None` draws the mesh's.
     posed: Vec<Option<u32>>,
-    /// Instances, positions, texture coordinates, triangles, materials, masks: what a binding of
-    /// the scene holds beside its camera.
+    /// Instances, positions, corners of masks, triangles, materials, masks: what a binding of the
+    /// scene holds beside its camera.
     buffers: [wgpu::Buffer; 6],
     camera: wgpu::Buffer,
     bindings: wgpu::BindGroup,
@@ -78,24 +78,25 @@ impl Raster {
     /// scene.
     pub fn new(gpu: &Gpu, scene: &Scene, pose: &Pose) -> Result<Raster> {
         let mut positions: Vec<f32> = Vec::new();
-        let mut uvs: Vec<[f32; 2]> = Vec::new();
+        let mut corners: Vec<[f32; 4]> = Vec::new();
         let mut triangles: Vec<[u32; 4]> = Vec::new();
         let mut mesh_places = Vec::with_capacity(scene.meshes.len());
         for mesh in &scene.meshes {
+            let masked = mask_corners(scene, mesh);
             mesh_places.push(Place {
                 first_position: count(positions.len() / 3)?,
-                first_uv: if mesh.uvs.is_empty() {
+                first_corner: if masked.is_empty() {
                     NONE
                 } else {
-                    count(uvs.len())?
+                    count(corners.len())?
                 },
                 first_triangle: count(triangles.len())?,
                 triangles: count(mesh.triangles.len())?,
             });
             positions.extend(mesh.positions.iter().flat_map(|p| p.to_array()));
-            uvs.extend(mesh.uvs.iter().map(|uv| uv.to_array()));
-            let corners = mesh.triangles.iter().zip(&mesh.materials);
-            triangles.extend(corners.map(|([a, b, c], m)| [*a, *b, *c, *m]));
+            corners.extend(masked);
+            let with_material = mesh.triangles.iter().zip(&mesh.materials);
+            triangles.extend(with_material.map(|([a, b, c], m)| [*a, *b, *c, *m]));
         }
         let mut places = Vec::with_capacity(scene.instances.len());
         let mut posed = Vec::with_capacity(scene.instances.len());
@@ -118,13 +119,13 @@ impl Raster {
         let size = (places.len() * size_of::<GpuInstance>()) as u64;
         let instances = gpu.empty_storage("instances", size)?;
         let positions = gpu.storage("positions", bytemuck::cast_slice(&positions))?;
-        let uvs = gpu.storage("texture coordinates", bytemuck::cast_slice(&uvs))?;
+        let corners = gpu.storage("corners of masks", bytemuck::cast_slice(&corners))?;
         let triangles = gpu.storage("triangles", bytemuck::cast_slice(&triangles))?;
         let materials = gpu.storage("materials", bytemuck::cast_slice(&materials))?;
         let alphas = gpu.storage("masks", &alphas)?;
         let camera = gpu.uniform("camera", &[0; 64]);
         let pipeline = pipeline(gpu, "visibility", "seen", &[Some(COLOR.into())]);
-        let buffers = [instances, positions, uvs, triangles, materials, alphas];
+        let buffers = [instances, positions, corners, triangles, materials, alphas];
         let bindings = bind(gpu, &pipeline, &camera, &buffers);
         gpu.check()?;
         Ok(Raster {
@@ -243,7 +244,7 @@ impl Raster {
             instances.push(GpuInstance {
                 world_from_mesh: columns.map(|c| [c.x, c.y, c.z, 0.0]),
                 first_position: vertices.map_or(place.first_position, |(_, first)| first),
-                first_uv: place.first_uv,
+                first_corner: place.first_corner,
                 first_triangle: place.first_triangle,
                 mirrored: u32::from(m.matrix3.determinant() < 0.0),
             });
@@ -324,6 +325,28 @@ fn count(n: usize) -> Result<u32> {
     })
 }
 
+/// What masks need of each corner of a mesh's triangles: coordinates on the base colour texture, the
+/// alpha of the vertex, and 1 where there are such coordinates. Empty for a mesh without masks.
+fn mask_corners(scene: &Scene, mesh: &Mesh) -> Vec<[f32; 4]> {
+    let material = |m: &u32| &scene.materials[*m as usize];
+    let masked = |m: &u32| matches!(material(m).alpha, Alpha::Mask { .. });
+    if !mesh.materials.iter().any(masked) {
+        return Vec::new();
+    }
+    let mut corners = Vec::with_capacity(mesh.triangles.len() * 3);
+    for (t, (triangle, m)) in mesh.triangles.iter().zip(&mesh.materials).enumerate() {
+        let texture = material(m).base_color_texture;
+        let uvs = texture.and_then(|texture| mesh.corner_uvs(&texture, t));
+        for (k, v) in triangle.iter().enumerate() {
+            let uv = uvs.map_or([0.0; 2], |uvs| uvs[k].to_array());
+            let alpha = mesh.colors.get(*v as usize).map_or(1.0, |c| c.w);
+            let textured = if uvs.is_some() { 1.0 } else { 0.0 };
+            corners.push([uv[0], uv[1], alpha, textured]);
+        }
+    }
+    corners
+}
+
 /// Materials, and the alpha channels of the textures that masks need, one byte a texel.
 fn materials(scene: &Scene) -> Result<(Vec<GpuMaterial>, Vec<u8>)> {
     let mut alphas = Vec::new();
@@ -346,7 +369,7 @@ fn materials(scene: &Scene) -> Result<(Vec<GpuMaterial>, Vec<u8>)> {
             Alpha::Mask { cutoff } => {
                 out.flags |= MASKED;
                 out.cutoff = cutoff;
-                if let Some(index) = material.base_color_texture {
+                if let Some(TextureRef { texture: index, .. }) = material.base_color_texture {
                     let texture = &scene.textures[index];
                     let first = match first_texels[index] {
                         Some(first) => first,
@@ -380,10 +403,10 @@ fn bind(
     gpu: &Gpu,
     pipeline: &wgpu::RenderPipeline,
     camera: &wgpu::Buffer,
-    [instances, positions, uvs, triangles, materials, alphas]: &[wgpu::Buffer; 6],
+    [instances, positions, corners, triangles, materials, alphas]: &[wgpu::Buffer; 6],
 ) -> wgpu::BindGroup {
     let buffers = [
-        camera, instances, positions, uvs, triangles, materials, alphas,
+        camera, instances, positions, corners, triangles, materials, alphas,
     ];
     gpu.bind(&pipeline.get_bind_group_layout(0), &buffers)
 }

@@ -15,9 +15,9 @@ struct Camera {
 // 80 bytes.
 struct Instance {
     world_from_mesh: mat4x3f,
-    // First vertex in `positions` and in `uvs` (NONE: no texture coordinates), first triangle.
+    // First vertex in `positions`, first corner in `corners` (NONE: no masks), first triangle.
     first_position: u32,
-    first_uv: u32,
+    first_corner: u32,
     first_triangle: u32,
     mirrored: u32,
 }
@@ -38,7 +38,9 @@ struct Material {
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<storage, read> instances: array<Instance>;
 @group(0) @binding(2) var<storage, read> positions: array<f32>;
-@group(0) @binding(3) var<storage, read> uvs: array<vec2f>;
+// What masks need of each corner of each triangle: coordinates on the texture, the alpha of the vertex,
+// and 1 where there are such coordinates.
+@group(0) @binding(3) var<storage, read> corners: array<vec4f>;
 // Three corners and the material.
 @group(0) @binding(4) var<storage, read> triangles: array<vec4u>;
 @group(0) @binding(5) var<storage, read> materials: array<Material>;
@@ -46,7 +48,8 @@ struct Material {
 
 struct Corner {
     @builtin(position) clip: vec4f,
-    @location(0) uv: vec2f,
+    // Of `corners`.
+    @location(0) mask: vec4f,
     // Instance, triangle, material, mirrored.
     @location(1) @interpolate(flat) id: vec4u,
 }
@@ -55,8 +58,8 @@ struct Corner {
 fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u32) -> Corner {
     let instance = instances[index];
     let triangle = triangles[instance.first_triangle + vertex / 3u];
-    var corners = array<u32, 3>(triangle.x, triangle.y, triangle.z);
-    let at = corners[vertex % 3u];
+    var vertices = array<u32, 3>(triangle.x, triangle.y, triangle.z);
+    let at = vertices[vertex % 3u];
     let p = 3u * (instance.first_position + at);
     let position = vec3f(positions[p], positions[p + 1u], positions[p + 2u]);
     let world = instance.world_from_mesh * vec4f(position, 1.0);
@@ -66,8 +69,8 @@ fn corner(@builtin(vertex_index) vertex: u32, @builtin(instance_index) index: u3
         // All three corners beyond one side: clipped away.
         out.clip = vec4f(2.0, 2.0, 2.0, 1.0);
     }
-    if instance.first_uv != NONE {
-        out.uv = uvs[instance.first_uv + at];
+    if instance.first_corner != NONE {
+        out.mask = corners[instance.first_corner + vertex];
     }
     out.id = vec4u(index, vertex / 3u, triangle.w, instance.mirrored);
     return out;
@@ -83,10 +86,10 @@ fn wrap(at: i32, size: i32, mode: u32) -> i32 {
 }
 
 // Twin of `Scene::alpha_is_hole`: nearest texel.
-fn is_hole(m: Material, uv: vec2f) -> bool {
-    var alpha = m.alpha;
-    if m.first_texel != NONE {
-        let at = vec2i(floor(uv * vec2f(vec2u(m.width, m.height))));
+fn is_hole(m: Material, mask: vec4f) -> bool {
+    var alpha = m.alpha * mask.z;
+    if m.first_texel != NONE && mask.w > 0.5 {
+        let at = vec2i(floor(mask.xy * vec2f(vec2u(m.width, m.height))));
         let s = u32(wrap(at.x, i32(m.width), m.wrap_s));
         let t = u32(wrap(at.y, i32(m.height), m.wrap_t));
         let byte = m.first_texel + t * m.width + s;
@@ -102,7 +105,7 @@ fn seen(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec2u {
     if front == (in.id.w != 0u) && (m.flags & DOUBLE_SIDED) == 0u {
         discard;
     }
-    if (m.flags & MASKED) != 0u && is_hole(m, in.uv) {
+    if (m.flags & MASKED) != 0u && is_hole(m, in.mask) {
         discard;
     }
     return vec2u(in.id.x + 1u, in.id.y);
@@ -112,7 +115,7 @@ fn seen(in: Corner, @builtin(front_facing) front: bool) -> @location(0) vec2u {
 @fragment
 fn covers(in: Corner) {
     let m = materials[in.id.z];
-    if (m.flags & MASKED) != 0u && is_hole(m, in.uv) {
+    if (m.flags & MASKED) != 0u && is_hole(m, in.mask) {
         discard;
     }
 }

@@ -5,7 +5,8 @@ use super::view::View;
 use super::*;
 use crate::points::sample::tests::Random;
 use crate::scene::{
-    Alpha, CameraPose, Deformed, Instance, Material, Mesh, Node, Pose, Scene, Texture, Wrap, camera,
+    Alpha, CameraPose, Deformed, Instance, Material, Mesh, Node, Pose, Scene, Texture, TextureRef,
+    Wrap, camera,
 };
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
@@ -23,10 +24,12 @@ fn mesh(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>, material: u32) -> Mesh {
             .into_iter()
             .map(|n| n.normalize_or(Vec3::Y))
             .collect(),
-        uvs: positions
-            .iter()
-            .map(|p| Vec2::new(p.x + p.z, p.y - p.z) * 0.5)
-            .collect(),
+        uvs: vec![
+            positions
+                .iter()
+                .map(|p| Vec2::new(p.x + p.z, p.y - p.z) * 0.5)
+                .collect(),
+        ],
         materials: vec![material; triangles.len()],
         positions,
         triangles,
@@ -67,10 +70,10 @@ fn open_box(material: u32) -> Mesh {
 
 /// Floor, boxes (plain, mirrored, squeezed), a mask, a pane of glass and a deformed sheet.
 pub(super) fn scene() -> Scene {
-    let material = |alpha, double_sided, texture| Material {
+    let material = |alpha, double_sided, texture: Option<usize>| Material {
         alpha,
         double_sided,
-        base_color_texture: texture,
+        base_color_texture: texture.map(TextureRef::from),
         ..Material::default()
     };
     let checker = Texture {

@@ -18,7 +18,7 @@ mod pose;
 pub mod surface;
 pub mod texture;
 
-use glam::{Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Affine2, Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
 
 pub use surface::Surface;
 
@@ -55,8 +55,10 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Unit length, one per position (generated where the file has none).
     pub normals: Vec<Vec3>,
-    /// One per position, or empty.
-    pub uvs: Vec<Vec2>,
+    /// Sets of texture coordinates by number. Each has one element per position, or is empty.
+    pub uvs: Vec<Vec<Vec2>>,
+    /// Linear RGBA in 0..=1 that multiplies the base colour, one per position, or empty.
+    pub colors: Vec<Vec4>,
     /// Tangents (xyz, handedness w) for normal maps, one per position, or empty.
     pub tangents: Vec<Vec4>,
     /// Vertex indices; degenerate triangles have been dropped.
@@ -93,21 +95,63 @@ pub enum Alpha {
     Blend,
 }
 
-/// A glTF metallic-roughness material. Textures are indices into [`Scene::textures`].
+/// Where a material reads a texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureRef {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// Index into [`Mesh::uvs`]. A mesh without that set is drawn without the texture.
+    pub set: usize,
+    /// Applied to the coordinates of the set (`KHR_texture_transform`).
+    pub transform: Affine2,
+}
+
+impl From<usize> for TextureRef {
+    /// A texture that is read by the first set as it is.
+    fn from(texture: usize) -> Self {
+        TextureRef {
+            texture,
+            set: 0,
+            transform: Affine2::IDENTITY,
+        }
+    }
+}
+
+/// A glTF metallic-roughness material. A texture multiplies the factor of the same name.
 #[derive(Clone, Debug)]
 pub struct Material {
     pub name: String,
     /// Linear RGBA.
     pub base_color: Vec4,
-    pub base_color_texture: Option<usize>,
-    pub normal_texture: Option<usize>,
+    /// sRGB, alpha linear.
+    pub base_color_texture: Option<TextureRef>,
+    /// Linear; a direction in tangent space.
+    pub normal_texture: Option<TextureRef>,
     pub normal_scale: f32,
     /// Linear radiance, emissive strength included.
     pub emissive: Vec3,
+    /// sRGB.
+    pub emissive_texture: Option<TextureRef>,
     pub roughness: f32,
     pub metallic: f32,
+    /// Linear: roughness in green, metallic in blue.
+    pub metallic_roughness_texture: Option<TextureRef>,
     pub alpha: Alpha,
     pub double_sided: bool,
+}
+
+impl Material {
+    /// Every texture of the material.
+    pub fn textures(&self) -> impl Iterator<Item = TextureRef> {
+        [
+            self.base_color_texture,
+            self.normal_texture,
+            self.emissive_texture,
+            self.metallic_roughness_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
 }
 
 impl Default for Material {
@@ -119,8 +163,10 @@ impl Default for Material {
             normal_texture: None,
             normal_scale: 1.0,
             emissive: Vec3::ZERO,
+            emissive_texture: None,
             roughness: 1.0,
             metallic: 1.0,
+            metallic_roughness_texture: None,
             alpha: Alpha::Opaque,
             double_sided: false,
         }

@@ -1,6 +1,6 @@
 //! Repairs and completes mesh data at load: degenerate triangles, missing normals, tangents.
 
-use super::{Mesh, MorphTarget};
+use super::{Mesh, MorphTarget, TextureRef};
 use glam::{Vec2, Vec3, Vec4};
 
 /// A triangle is degenerate when its doubled area is below this share of its longest edge squared:
@@ -74,7 +74,10 @@ fn pick(mesh: &mut Mesh, from: &[u32]) {
     }
     gather(&mut mesh.positions, from);
     gather(&mut mesh.normals, from);
-    gather(&mut mesh.uvs, from);
+    for set in &mut mesh.uvs {
+        gather(set, from);
+    }
+    gather(&mut mesh.colors, from);
     gather(&mut mesh.tangents, from);
     gather(&mut mesh.joints, from);
     gather(&mut mesh.weights, from);
@@ -149,15 +152,18 @@ fn unit_cross(a: Vec3, b: Vec3) -> Option<Vec3> {
     (a / scale).cross(b / scale).try_normalize()
 }
 
-/// Tangents from texture coordinates: the direction of growing u on the faces about a vertex, made
-/// orthogonal to its normal. Handedness is that of the majority of the area; vertices on a seam of
+/// Tangents for a normal map, from the coordinates that it is read by; none if the mesh lacks these.
+///
+/// A tangent is the direction of growing u on the faces about a vertex, made orthogonal to its normal. Handedness is that of the majority of the area; vertices on a seam of
 /// a mirrored mapping are not split (MikkTSpace would), which tilts normals along the seam only.
-pub(super) fn generate_tangents(mesh: &mut Mesh) {
+pub(super) fn generate_tangents(mesh: &mut Mesh, texture: &TextureRef) {
     let mut along_u = vec![Vec3::ZERO; mesh.positions.len()];
     let mut handed = vec![0.0f32; mesh.positions.len()];
-    for t in &mesh.triangles {
+    for (i, t) in mesh.triangles.iter().enumerate() {
         let [p0, p1, p2] = t.map(|v| mesh.positions[v as usize]);
-        let [w0, w1, w2] = t.map(|v| mesh.uvs[v as usize]);
+        let Some([w0, w1, w2]) = mesh.corner_uvs(texture, i) else {
+            return;
+        };
         let (e1, e2): (Vec3, Vec3) = (p1 - p0, p2 - p0);
         let (d1, d2): (Vec2, Vec2) = (w1 - w0, w2 - w0);
         let det = d1.perp_dot(d2);

@@ -2,8 +2,8 @@
 //! CPU G-buffer get positions, normals and colours from.
 
 use super::pose::normal_matrix;
-use super::{Material, Mesh, Pose, Scene};
-use glam::{Affine3A, Vec2, Vec3, Vec3A};
+use super::{Material, Mesh, Pose, Scene, TextureRef};
+use glam::{Affine3A, Vec3, Vec3A};
 
 /// A shading normal is kept at least this cosine above the geometric surface, so that a normal map
 /// cannot turn a point's hemisphere into its own triangle.
@@ -27,9 +27,7 @@ pub struct Surface {
     pub rest_position: Vec3,
     /// Shading normal of the stored mesh, normal map applied, unit.
     pub rest_normal: Vec3,
-    /// Zero for a mesh without texture coordinates.
-    pub uv: Vec2,
-    /// Linear RGB.
+    /// Linear RGB, vertex colour included.
     pub base_color: Vec3,
     /// Linear RGB radiance.
     pub emissive: Vec3,
@@ -130,20 +128,17 @@ impl Scene {
         let material_index = mesh.materials.get(triangle).map_or(0, |m| *m as usize);
         let material = self.materials.get(material_index);
 
-        let uv = if mesh.uvs.is_empty() {
-            Vec2::ZERO
-        } else {
-            let [a, b, c] = corners.map(|v| mesh.uvs[v]);
-            a + (b - a) * u + (c - a) * v
+        // Where on a texture this is, if the mesh has the coordinates that it is read by.
+        let read = |texture: Option<TextureRef>| {
+            let texture = texture?;
+            let uv = mesh.uv(&texture, triangle, u, v)?;
+            Some((&self.textures[texture.texture], uv))
         };
         // The normal map's vector in tangent space.
         let bump = material
-            .and_then(|m| {
-                m.normal_texture
-                    .map(|t| (&self.textures[t], m.normal_scale))
-            })
-            .filter(|_| !mesh.uvs.is_empty() && !mesh.tangents.is_empty())
-            .map(|(texture, scale)| {
+            .filter(|_| !mesh.tangents.is_empty())
+            .and_then(|m| Some((read(m.normal_texture)?, m.normal_scale)))
+            .map(|((texture, uv), scale)| {
                 let n = texture.sample_linear(uv).truncate() * 2.0 - 1.0;
                 Vec3::new(n.x * scale, n.y * scale, n.z)
             });
@@ -181,7 +176,6 @@ impl Scene {
             mesh_normal,
             rest_position,
             rest_normal,
-            uv,
             base_color: Vec3::ONE,
             emissive: Vec3::ZERO,
             roughness: 1.0,
@@ -190,14 +184,23 @@ impl Scene {
         };
         if let Some(material) = material {
             surface.base_color = material.base_color.truncate();
-            if let Some(texture) = material.base_color_texture
-                && !mesh.uvs.is_empty()
-            {
-                surface.base_color *= self.textures[texture].sample_srgb(uv).truncate();
+            if let Some((texture, uv)) = read(material.base_color_texture) {
+                surface.base_color *= texture.sample_srgb(uv).truncate();
+            }
+            if let Some(color) = mesh.color(triangle, u, v) {
+                surface.base_color *= color.truncate();
             }
             surface.emissive = material.emissive;
+            if let Some((texture, uv)) = read(material.emissive_texture) {
+                surface.emissive *= texture.sample_srgb(uv).truncate();
+            }
             surface.roughness = material.roughness;
             surface.metallic = material.metallic;
+            if let Some((texture, uv)) = read(material.metallic_roughness_texture) {
+                let texel = texture.sample_linear(uv);
+                surface.roughness *= texel.y;
+                surface.metallic *= texel.z;
+            }
         }
         surface
     }
@@ -259,6 +262,7 @@ fn shade(
 mod tests {
     use super::*;
     use crate::scene::{Instance, Material, Node, Texture, normals};
+    use glam::Vec2;
     use glam::{Mat3A, Quat};
 
     /// A unit square in the XY plane that faces +Z, u along +X, v along -Y as glTF has it, with a
@@ -273,16 +277,16 @@ mod tests {
                 corner(0.0, 1.0),
             ],
             normals: vec![Vec3::Z; 4],
-            uvs: vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO],
+            uvs: vec![vec![Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             materials: vec![0; 2],
             ..Mesh::default()
         };
-        normals::generate_tangents(&mut mesh);
+        normals::generate_tangents(&mut mesh, &0.into());
         Scene {
             meshes: vec![mesh],
             materials: vec![Material {
-                normal_texture: Some(0),
+                normal_texture: Some(0.into()),
                 ..Material::default()
             }],
             textures: vec![Texture {

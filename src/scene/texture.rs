@@ -3,7 +3,7 @@
 //! Colours and normals are sampled bilinearly on the largest level; alpha masks by the nearest
 //! texel, so that a ray and a rasteriser agree on what is a hole without filtering it.
 
-use super::{Alpha, Material, Scene, Texture, Wrap};
+use super::{Alpha, Material, Mesh, Scene, Texture, TextureRef, Wrap};
 use glam::{Vec2, Vec4};
 use std::sync::LazyLock;
 
@@ -96,6 +96,30 @@ impl Texture {
     }
 }
 
+impl Mesh {
+    /// Coordinates of a triangle's corners on a texture; `None` where the mesh lacks the set.
+    pub fn corner_uvs(&self, texture: &TextureRef, triangle: usize) -> Option<[Vec2; 3]> {
+        let set = self.uvs.get(texture.set).filter(|set| !set.is_empty())?;
+        let at = |v: u32| texture.transform.transform_point2(set[v as usize]);
+        Some(self.triangles[triangle].map(at))
+    }
+
+    /// Coordinates on a texture at barycentric `u`, `v` (weights of the second and third corner).
+    pub fn uv(&self, texture: &TextureRef, triangle: usize, u: f32, v: f32) -> Option<Vec2> {
+        let [a, b, c] = self.corner_uvs(texture, triangle)?;
+        Some(a + (b - a) * u + (c - a) * v)
+    }
+
+    /// The vertex colour at barycentric `u`, `v`, if the mesh has any.
+    pub fn color(&self, triangle: usize, u: f32, v: f32) -> Option<Vec4> {
+        if self.colors.is_empty() {
+            return None;
+        }
+        let [a, b, c] = self.triangles[triangle].map(|v| self.colors[v as usize]);
+        Some(a + (b - a) * u + (c - a) * v)
+    }
+}
+
 impl Material {
     /// Whether a ray or a point on this material must ask [`Scene::alpha_is_hole`].
     pub fn has_holes(&self) -> bool {
@@ -121,12 +145,13 @@ impl Scene {
             Alpha::Mask { cutoff } => cutoff,
         };
         let mut alpha = material.base_color.w;
+        if let Some(color) = mesh.color(triangle, u, v) {
+            alpha *= color.w;
+        }
         if let Some(texture) = material.base_color_texture
-            && !mesh.uvs.is_empty()
+            && let Some(uv) = mesh.uv(&texture, triangle, u, v)
         {
-            let [a, b, c] = mesh.triangles[triangle].map(|i| mesh.uvs[i as usize]);
-            let uv = a + (b - a) * u + (c - a) * v;
-            alpha *= f32::from(self.textures[texture].nearest(uv)[3]) / 255.0;
+            alpha *= f32::from(self.textures[texture.texture].nearest(uv)[3]) / 255.0;
         }
         alpha < cutoff
     }

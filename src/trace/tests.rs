@@ -624,11 +624,9 @@ fn holes_let_rays_through_and_glass_stops_none() {
             (1, Affine3A::from_translation(Vec3::NEG_Y)),
         ],
     );
-    scene.meshes[0].uvs = scene.meshes[0]
-        .positions
-        .iter()
-        .map(|p| Vec2::new(p.x + 1.0, p.z + 1.0) / 2.0)
-        .collect();
+    let positions = &scene.meshes[0].positions;
+    let uv = |p: &Vec3| Vec2::new(p.x + 1.0, p.z + 1.0) / 2.0;
+    scene.meshes[0].uvs = vec![positions.iter().map(uv).collect()];
     // The left half of the upper sheet is a hole.
     scene.textures.push(Texture {
         width: 2,
@@ -638,7 +636,7 @@ fn holes_let_rays_through_and_glass_stops_none() {
     });
     scene.materials[0] = Material {
         alpha: Alpha::Mask { cutoff: 0.5 },
-        base_color_texture: Some(0),
+        base_color_texture: Some(0.into()),
         ..Material::default()
     };
     scene.materials.push(Material::default());

@@ -1,27 +1,36 @@
-//! Metallic-roughness materials.
+//! Materials: metallic-roughness factors and textures, and where each texture is read.
 //!
-//! Base colour and normal textures are kept. Emissive and metallic-roughness textures enter by
-//! their mean: light of low frequency does not see more of them.
+//! Emissive textures enter by their mean.
 
 use super::{Document, Read, clean_name, finite, images};
 use crate::scene::texture::srgb_to_linear;
-use crate::scene::{Alpha, Material, Scene, Texture};
+use crate::scene::{Alpha, Material, Scene, Texture, TextureRef};
 use ::gltf::json;
-use glam::{Vec3, Vec4};
+use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
+use json::extensions::texture::TextureTransform;
 use json::material::AlphaMode;
 use json::validation::Checked;
 
-/// Fills `scene.materials` and `scene.textures`. One default material follows the file's own, for
-/// primitives that name none.
-pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
-    let root = &document.root;
-    // glTF texture -> scene texture, decoded once.
-    let mut known: Vec<Option<Option<usize>>> = vec![None; root.textures.len()];
-    let mut kept = |scene: &mut Scene, index: json::Index<json::Texture>| {
-        if let Some(Some(done)) = known.get(index.value()) {
-            return Read::Ok(*done);
+/// Sets of texture coordinates that a mesh may keep.
+const MAX_UV_SETS: u32 = 16;
+
+/// The textures that materials name, each decoded when it is first named.
+struct Textures<'d> {
+    document: &'d Document<'d>,
+    /// glTF texture -> scene texture; the inner `None` is one without a usable image.
+    known: Vec<Option<Option<usize>>>,
+}
+
+impl Textures<'_> {
+    fn index(
+        &mut self,
+        scene: &mut Scene,
+        index: json::Index<json::Texture>,
+    ) -> Read<Option<usize>> {
+        if let Some(Some(done)) = self.known.get(index.value()) {
+            return Ok(*done);
         }
-        let made = match images::texture(document, index)? {
+        let made = match images::texture(self.document, index)? {
             Some(texture) => {
                 scene.textures.push(texture);
                 Some(scene.textures.len() - 1)
@@ -32,8 +41,65 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
                 None
             }
         };
-        known[index.value()] = Some(made);
+        self.known[index.value()] = Some(made);
         Ok(made)
+    }
+
+    /// A texture, the set of coordinates it is read by, and their transform, whose own set goes
+    /// first. `what` names it in warnings.
+    fn reference(
+        &mut self,
+        scene: &mut Scene,
+        index: json::Index<json::Texture>,
+        set: u32,
+        transform: Option<&TextureTransform>,
+        what: &str,
+    ) -> Read<Option<TextureRef>> {
+        let set = transform.and_then(|t| t.tex_coord).unwrap_or(set);
+        let transform = transform.map_or(Affine2::IDENTITY, affine);
+        if set >= MAX_UV_SETS || !transform.is_finite() {
+            scene.warnings.push(format!(
+                "{what} is left out: its texture coordinates are out of bounds (set {set}, \
+                 {MAX_UV_SETS} sets are read)"
+            ));
+            return Ok(None);
+        }
+        Ok(self.index(scene, index)?.map(|texture| TextureRef {
+            texture,
+            set: set as usize,
+            transform,
+        }))
+    }
+
+    fn of(
+        &mut self,
+        scene: &mut Scene,
+        info: &json::texture::Info,
+        what: &str,
+    ) -> Read<Option<TextureRef>> {
+        let extensions = info.extensions.as_ref();
+        let transform = extensions.and_then(|e| e.texture_transform.as_ref());
+        self.reference(scene, info.index, info.tex_coord, transform, what)
+    }
+}
+
+/// `KHR_texture_transform` as a map of coordinates: translation * rotation * scale.
+fn affine(transform: &TextureTransform) -> Affine2 {
+    let (sin, cos) = transform.rotation.0.sin_cos();
+    let [x, y] = transform.scale.0;
+    Affine2 {
+        matrix2: Mat2::from_cols(Vec2::new(cos, -sin) * x, Vec2::new(sin, cos) * y),
+        translation: transform.offset.0.into(),
+    }
+}
+
+/// Fills `scene.materials` and `scene.textures`. One default material follows the file's own, for
+/// primitives that name none.
+pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
+    let root = &document.root;
+    let mut textures = Textures {
+        document,
+        known: vec![None; root.textures.len()],
     };
     for (i, source) in root.materials.iter().enumerate() {
         let name = clean_name(source.name.as_ref(), "material", i);
@@ -47,18 +113,23 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
             ..Material::default()
         };
         if let Some(info) = &pbr.base_color_texture {
-            material.base_color_texture = kept(scene, info.index)?;
+            let what = format!("the base colour texture of material {name}");
+            material.base_color_texture = textures.of(scene, info, &what)?;
+        }
+        if let Some(info) = &pbr.metallic_roughness_texture {
+            let what = format!("the metallic-roughness texture of material {name}");
+            material.metallic_roughness_texture = textures.of(scene, info, &what)?;
         }
         if let Some(info) = &source.normal_texture {
-            material.normal_texture = kept(scene, info.index)?;
+            let what = format!("the normal texture of material {name}");
+            // The crate has no type for the extension here.
+            let extension = info.extensions.as_ref();
+            let extension = extension.and_then(|e| e.others.get("KHR_texture_transform"));
+            let transform: Option<TextureTransform> =
+                extension.and_then(|e| json::deserialize::from_value(e.clone()).ok());
+            material.normal_texture =
+                textures.reference(scene, info.index, info.tex_coord, transform.as_ref(), &what)?;
             material.normal_scale = info.scale;
-        }
-        if let Some(info) = &pbr.metallic_roughness_texture
-            && let Some(texture) = images::texture(document, info.index)?
-        {
-            let mean = mean(&texture, |v| f32::from(v) / 255.0);
-            material.roughness *= mean.y;
-            material.metallic *= mean.z;
         }
         if let Some(info) = &source.emissive_texture
             && material.emissive != Vec3::ZERO
@@ -121,30 +192,4 @@ fn mean(texture: &Texture, decode: impl Fn(u8) -> f32) -> Vec3 {
     }
     let count = texture.texels.len().max(1) as f64;
     Vec3::from(sum.map(|s| (s / count) as f32))
-}
-
-/// How a primitive's texture coordinates are found: the set, and the transform of
-/// `KHR_texture_transform` that is applied to them when they are loaded.
-pub(super) struct UvSource {
-    pub set: u32,
-    /// Offset, rotation (radians), scale.
-    pub transform: Option<([f32; 2], f32, [f32; 2])>,
-}
-
-/// The coordinates of a material's base colour texture, or else of its normal texture.
-pub(super) fn uv_source(document: &Document, material: Option<usize>) -> UvSource {
-    let source = material.and_then(|m| document.root.materials.get(m));
-    let base = source.and_then(|m| m.pbr_metallic_roughness.base_color_texture.as_ref());
-    let set = match (base, source.and_then(|m| m.normal_texture.as_ref())) {
-        (Some(info), _) => info.tex_coord,
-        (None, Some(info)) => info.tex_coord,
-        (None, None) => 0,
-    };
-    let transform = base
-        .and_then(|info| info.extensions.as_ref())
-        .and_then(|e| e.texture_transform.as_ref());
-    UvSource {
-        set: transform.and_then(|t| t.tex_coord).unwrap_or(set),
-        transform: transform.map(|t| (t.offset.0, t.rotation.0, t.scale.0)),
-    }
 }

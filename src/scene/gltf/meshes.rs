@@ -1,8 +1,7 @@
 //! Meshes: the primitives of each are put together into one triangle list.
 
-use super::materials::uv_source;
 use super::nodes::Order;
-use super::{Document, Read, clean_name, finite};
+use super::{Document, Read, clean_name, finite, get};
 use crate::scene::{Mesh, MorphTarget, Scene, normals};
 use ::gltf::json;
 use glam::{Vec2, Vec3, Vec4};
@@ -68,13 +67,14 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Read<Mesh>
         if material.is_some_and(|m| !is_material(m)) {
             return Err(format!("{what} names a material that is not there"));
         }
+        let material = material.unwrap_or(document.root.materials.len());
         let Some(mut part) = read_primitive(document, primitive, material, &what, scene)? else {
             continue;
         };
-        let material = material.unwrap_or(document.root.materials.len());
-        let needs_tangents = scene.materials[material].normal_texture.is_some();
-        if needs_tangents && part.tangents.is_empty() && !part.uvs.is_empty() {
-            normals::generate_tangents(&mut part);
+        if let Some(texture) = scene.materials[material].normal_texture
+            && part.tangents.is_empty()
+        {
+            normals::generate_tangents(&mut part, &texture);
         }
         part.materials = vec![material as u32; part.triangles.len()];
         append(&mut mesh, part, &what)?;
@@ -87,7 +87,7 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Read<Mesh>
 fn read_primitive(
     document: &Document,
     primitive: &Primitive,
-    material: Option<usize>,
+    material: usize,
     what: &str,
     scene: &mut Scene,
 ) -> Read<Option<Mesh>> {
@@ -142,22 +142,29 @@ fn read_primitive(
         mesh.tangents = tangents.into_iter().map(Vec4::from).collect();
         same(mesh.tangents.len(), "TANGENT")?;
     }
-    let uv = uv_source(document, material);
-    if let Some(index) = attribute(Semantic::TexCoords(uv.set)) {
-        let uvs = document.floats::<2>(index, &part("TEXCOORD"))?;
-        same(uvs.len(), "TEXCOORD")?;
-        mesh.uvs = uvs
-            .into_iter()
-            .map(|[u, v]| match uv.transform {
-                None => Vec2::new(u, v),
-                Some((offset, angle, scale)) => {
-                    // KHR_texture_transform: translation * rotation * scale.
-                    let (sin, cos) = angle.sin_cos();
-                    let (u, v) = (u * scale[0], v * scale[1]);
-                    Vec2::new(cos * u + sin * v, cos * v - sin * u) + Vec2::from(offset)
-                }
-            })
-            .collect();
+    for set in scene.materials[material].textures().map(|t| t.set) {
+        let name = format!("TEXCOORD_{set}");
+        let Some(index) = attribute(Semantic::TexCoords(set as u32)) else {
+            let material = &scene.materials[material].name;
+            let text = format!(
+                "a mesh of material {material} has no {name}, so its textures that are read by it are left out there"
+            );
+            if !scene.warnings.contains(&text) {
+                scene.warnings.push(text);
+            }
+            continue;
+        };
+        if mesh.uvs.get(set).is_some_and(|uvs| !uvs.is_empty()) {
+            continue;
+        }
+        let uvs = document.floats::<2>(index, &part(&name))?;
+        same(uvs.len(), &name)?;
+        mesh.uvs.resize_with(mesh.uvs.len().max(set + 1), Vec::new);
+        mesh.uvs[set] = uvs.into_iter().map(Vec2::from).collect();
+    }
+    if let Some(index) = attribute(Semantic::Colors(0)) {
+        mesh.colors = read_colors(document, index, &part("COLOR_0"))?;
+        same(mesh.colors.len(), "COLOR_0")?;
     }
     read_skinning(document, primitive, &mut mesh, count, what)?;
     for (t, target) in primitive.targets.iter().flatten().enumerate() {
@@ -198,6 +205,29 @@ fn read_primitive(
         normals::mend(&mut mesh);
     }
     Ok(Some(mesh))
+}
+
+/// Vertex colours of three or four components as linear RGBA, kept in 0..=1.
+fn read_colors(
+    document: &Document,
+    index: json::Index<json::Accessor>,
+    what: &str,
+) -> Read<Vec<Vec4>> {
+    let accessor = get(&document.root.accessors, index, "accessor")?;
+    let colors: Vec<Vec4> = match accessor.type_ {
+        Checked::Valid(json::accessor::Type::Vec3) => vectors(document.floats::<3>(index, what)?)
+            .into_iter()
+            .map(|rgb| rgb.extend(1.0))
+            .collect(),
+        _ => {
+            let rgba = document.floats::<4>(index, what)?;
+            rgba.into_iter().map(Vec4::from).collect()
+        }
+    };
+    Ok(colors
+        .into_iter()
+        .map(|c| c.clamp(Vec4::ZERO, Vec4::ONE))
+        .collect())
 }
 
 fn vectors(values: Vec<[f32; 3]>) -> Vec<Vec3> {
@@ -312,7 +342,12 @@ fn append(mesh: &mut Mesh, part: Mesh, what: &str) -> Read<()> {
     }
     mesh.positions.extend(part.positions);
     mesh.normals.extend(part.normals);
-    join(&mut mesh.uvs, part.uvs, before, after, Vec2::ZERO);
+    let sets = mesh.uvs.len().max(part.uvs.len());
+    mesh.uvs.resize_with(sets, Vec::new);
+    for (set, from) in mesh.uvs.iter_mut().zip(part.uvs) {
+        join(set, from, before, after, Vec2::ZERO);
+    }
+    join(&mut mesh.colors, part.colors, before, after, Vec4::ONE);
     join(&mut mesh.tangents, part.tangents, before, after, Vec4::ZERO);
     mesh.joints.extend(part.joints);
     mesh.weights.extend(part.weights);

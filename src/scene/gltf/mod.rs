@@ -9,6 +9,8 @@ mod animations;
 mod buffers;
 mod container;
 mod images;
+#[cfg(test)]
+mod material_tests;
 mod materials;
 mod meshes;
 mod nodes;

@@ -6,20 +6,20 @@ use glam::{Quat, Vec3};
 
 /// Builds a GLB: binary data with its accessors, and the rest of the JSON as text.
 #[derive(Default)]
-struct Builder {
+pub(super) struct Builder {
     data: Vec<u8>,
     views: Vec<String>,
     accessors: Vec<String>,
 }
 
-const F32: u32 = 5126;
-const U8: u32 = 5121;
+pub(super) const F32: u32 = 5126;
+pub(super) const U8: u32 = 5121;
 const I16: u32 = 5122;
-const U16: u32 = 5123;
+pub(super) const U16: u32 = 5123;
 const U32: u32 = 5125;
 
 impl Builder {
-    fn view(&mut self, bytes: &[u8]) -> usize {
+    pub(super) fn view(&mut self, bytes: &[u8]) -> usize {
         while !self.data.len().is_multiple_of(4) {
             self.data.push(0);
         }
@@ -32,7 +32,7 @@ impl Builder {
         self.views.len() - 1
     }
 
-    fn accessor(
+    pub(super) fn accessor(
         &mut self,
         bytes: &[u8],
         component: u32,
@@ -47,7 +47,7 @@ impl Builder {
         self.accessors.len() - 1
     }
 
-    fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
+    pub(super) fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
         let bytes: Vec<u8> = values
             .iter()
             .flatten()
@@ -70,7 +70,7 @@ impl Builder {
         )
     }
 
-    fn glb(&self, rest: &str) -> Vec<u8> {
+    pub(super) fn glb(&self, rest: &str) -> Vec<u8> {
         let mut json = self.json(rest, "").into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');
         let mut data = self.data.clone();
@@ -87,15 +87,15 @@ impl Builder {
     }
 }
 
-const SQUARE: [[f32; 3]; 4] = [
+pub(super) const SQUARE: [[f32; 3]; 4] = [
     [0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
     [1.0, 1.0, 0.0],
     [0.0, 1.0, 0.0],
 ];
-const ONE_NODE: &str = r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0"#;
+pub(super) const ONE_NODE: &str = r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}],"scene":0"#;
 
-fn scene(bytes: &[u8]) -> Scene {
+pub(super) fn scene(bytes: &[u8]) -> Scene {
     from_bytes("test", bytes, None).expect("a sound file")
 }
 

@@ -12,8 +12,8 @@ pub(super) fn add(scene: &mut Scene) {
         FLOOR,
     );
     // The texture covers two metres.
-    floor.mesh.uvs.iter_mut().for_each(|uv| *uv *= 0.5);
-    normals::generate_tangents(&mut floor.mesh);
+    floor.mesh.uvs[0].iter_mut().for_each(|uv| *uv *= 0.5);
+    normals::generate_tangents(&mut floor.mesh, &1.into());
     add_fixed(scene, floor, "floor");
 
     let mut walls = Shape::default();
@@ -143,10 +143,10 @@ fn window_wall(walls: &mut Shape, gratings: &mut Shape, side: f32) {
         reveal(a + tall, wide, out, Vec3::NEG_Y);
         reveal(a, tall, out, Vec3::X);
         reveal(b, tall, out, Vec3::NEG_X);
-        let first = gratings.mesh.uvs.len();
+        let first = gratings.mesh.positions.len();
         gratings.quad(a + out * 0.6, wide, tall, GRATING);
         // A hole every quarter metre.
-        for uv in &mut gratings.mesh.uvs[first..] {
+        for uv in &mut gratings.mesh.uvs[0][first..] {
             *uv *= 4.0;
         }
     }

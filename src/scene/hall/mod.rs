@@ -14,7 +14,7 @@ mod walker;
 use super::camera::look_at;
 use super::{
     Alpha, Camera, Channel, ChannelValues, Instance, Interpolation, Light, LightKind, Material,
-    Mesh, Node, Scene, normals,
+    Mesh, Node, Scene, TextureRef, normals,
 };
 use glam::{Affine3A, Quat, Vec2, Vec3, Vec4};
 use rolling::Lane;
@@ -97,15 +97,15 @@ fn materials() -> Vec<Material> {
         ..plain(name, r, g, b, 0.95)
     };
     let masked = |name, texture| Material {
-        base_color_texture: Some(texture),
+        base_color_texture: Some(TextureRef::from(texture)),
         alpha: Alpha::Mask { cutoff: 0.5 },
         double_sided: true,
         ..plain(name, 1.0, 1.0, 1.0, 0.8)
     };
     vec![
         Material {
-            base_color_texture: Some(0),
-            normal_texture: Some(1),
+            base_color_texture: Some(0.into()),
+            normal_texture: Some(1.into()),
             ..plain("floor", 1.0, 1.0, 1.0, 0.6)
         },
         plain("plaster", 0.74, 0.66, 0.54, 0.95),

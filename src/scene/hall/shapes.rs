@@ -14,7 +14,8 @@ impl Shape {
     pub fn vertex(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
         self.mesh.positions.push(position);
         self.mesh.normals.push(normal);
-        self.mesh.uvs.push(uv);
+        self.mesh.uvs.resize_with(1, Vec::new);
+        self.mesh.uvs[0].push(uv);
         self.mesh.positions.len() as u32 - 1
     }
 
@@ -286,7 +287,7 @@ pub(super) fn boulder(levels: u32, seed: f32, material: u32) -> Mesh {
     Mesh {
         name: "boulder".to_owned(),
         normals: normals::face_normals(&positions, &triangles),
-        uvs: positions.iter().map(|p| Vec2::new(p.x, p.y)).collect(),
+        uvs: vec![positions.iter().map(|p| Vec2::new(p.x, p.y)).collect()],
         positions,
         materials: vec![material; triangles.len()],
         triangles,
