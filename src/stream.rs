@@ -319,7 +319,7 @@ impl<'s> Stream<'s> {
     }
 
     /// Ends the stream and sums up.
-    pub fn finish(self, out: &mut Vec<u8>) -> Result<Report> {
+    pub fn finish(mut self, out: &mut Vec<u8>) -> Result<Report> {
         self.encoder.end(out)?;
         let mut report = self.report;
         let rate = |bytes: u64, frames: usize| {

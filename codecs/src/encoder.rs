@@ -3,15 +3,19 @@
 use alloc::vec::Vec;
 use core::hash::Hasher as _;
 
+use crate::Limits;
 use crate::container::pack::Packer;
+use crate::container::unpack::Unpacker;
 use crate::container::{
-    CONTAINER_VERSION, Compression, Preamble, RecordHeader, crc32c, profile, record_type,
+    CONTAINER_VERSION, Compression, HEADER_BYTES, Packing, Preamble, RecordHeader, crc32c, profile,
+    record_type,
 };
 use crate::content::Coverage;
 use crate::error::{Failure, Fault, Result};
-use crate::model::Model;
+use crate::model::{Kind, Model};
 use crate::points::{self, Update};
 use crate::probes;
+use crate::records::{Pending, Session};
 use crate::session::{Commit, End, GroupStart, TickRate};
 use crate::track::{Track, write_removed, write_tracks};
 use crate::transforms::{Transform, write_transforms};
@@ -27,6 +31,8 @@ pub struct EncoderConfig {
     pub tick_rate: TickRate,
     /// Container version to write; 1 is the only one.
     pub container_version: u16,
+    /// Limits of the decoders that shall read the stream: what exceeds them is refused.
+    pub limits: Limits,
 }
 
 impl Default for EncoderConfig {
@@ -34,28 +40,40 @@ impl Default for EncoderConfig {
         EncoderConfig {
             tick_rate: TickRate::default(),
             container_version: CONTAINER_VERSION,
+            limits: Limits::default(),
         }
     }
 }
 
 /// Writes a stream, record by record.
 ///
-/// Each call appends whole records to `out`, or appends nothing and returns an error. The caller
-/// may take bytes out of `out` between calls. A frame is what stands between two commits.
+/// Each call appends whole records to `out`, or appends nothing and returns an error, after which the
+/// encoder can still be used. The caller may take bytes out of `out` between calls. A frame is what
+/// stands between two commits.
 ///
-/// The encoder checks what it can without a copy of the state: ranges, order, widths. That a
-/// bucket names the right cells is the caller's duty, and a decoder's check.
+/// An encoder keeps the state that its stream decodes to, and checks every record against it with
+/// the code that a decoder has. So it refuses what a decoder with the same [`Limits`] refuses, with
+/// the same error numbers, and needs as much memory for state as that decoder.
 pub struct Encoder {
+    limits: Limits,
     packer: Packer,
     payload: Vec<u8>,
+    /// The state of a decoder that has read the stream so far.
+    session: Session,
     headers: twox_hash::XxHash64,
     records: u64,
     written: u64,
     groups: u32,
-    /// Declared tracks, ids ascending.
-    tracks: Vec<(u32, Model)>,
-    /// Last committed frame.
-    frame: Option<u32>,
+    ended: bool,
+}
+
+/// A point in the stream that the encoder can go back to.
+struct Checkpoint {
+    out_bytes: usize,
+    headers: twox_hash::XxHash64,
+    records: u64,
+    written: u64,
+    pending: Pending,
 }
 
 impl Encoder {
@@ -76,18 +94,22 @@ impl Encoder {
         let mut headers = twox_hash::XxHash64::with_seed(0);
         headers.write(&out[start..]);
         let mut encoder = Encoder {
+            limits: config.limits,
             packer: Packer::default(),
             payload: Vec::new(),
+            session: Session::default(),
             headers,
             records: 0,
             written: (out.len() - start) as u64,
             groups: 0,
-            tracks: Vec::new(),
-            frame: None,
+            ended: false,
         };
-        let written = encoder.record(out, record_type::STREAM, Compression::None, |payload| {
-            Ok(config.tick_rate.write(payload)?)
-        });
+        let written = encoder.record(
+            out,
+            (record_type::STREAM, Compression::None),
+            |_, payload| Ok(config.tick_rate.write(payload)?),
+            |session, payload, _| session.stream(payload),
+        );
         written.inspect_err(|_| out.truncate(start))?;
         Ok(encoder)
     }
@@ -96,47 +118,46 @@ impl Encoder {
     /// declared again with the same content, so that a group can be joined.
     ///
     /// # Errors
-    /// 2004 to 2020: what a decoder would say.
+    /// 2004 to 2018, 2020, 2022 to 2026.
     pub fn tracks(&mut self, out: &mut Vec<u8>, tracks: &[Track]) -> Result<()> {
-        self.record(out, record_type::TRACK, Compression::Lz4, |payload| {
-            write_tracks(tracks, payload)
-        })?;
-        for track in tracks {
-            let model = track.model;
-            match self.tracks.binary_search_by_key(&track.id, |&(id, _)| id) {
-                Ok(at) => self.tracks[at].1 = model,
-                Err(at) => self.tracks.insert(at, (track.id, model)),
-            }
-        }
+        self.record(
+            out,
+            (record_type::TRACK, Compression::Lz4),
+            |_, payload| write_tracks(tracks, payload),
+            |session, payload, limits| session.declare(payload, limits),
+        )?;
         Ok(())
     }
 
     /// Ends tracks at the next commit; ids ascend.
     ///
     /// # Errors
-    /// 2004 if they do not.
+    /// 2004, 2019, 4010 for a track with content in this frame.
     pub fn remove_tracks(&mut self, out: &mut Vec<u8>, ids: &[u32]) -> Result<()> {
         self.record(
             out,
-            record_type::TRACK_REMOVE,
-            Compression::None,
-            |payload| Ok(write_removed(ids, payload)?),
-        )?;
-        self.tracks.retain(|(id, _)| ids.binary_search(id).is_err());
-        Ok(())
+            (record_type::TRACK_REMOVE, Compression::None),
+            |_, payload| Ok(write_removed(ids, payload)?),
+            |session, payload, _| session.remove(payload),
+        )
     }
 
     /// Starts a group. After [`GroupStart::Keyframes`] the first frame must have a keyframe of
     /// every track that is not to be empty, and the transform of every track that has one.
     ///
     /// # Errors
-    /// None that depend on the arguments.
+    /// 4002 for a digest that is not that of the state, 4006 inside a frame.
     pub fn group(&mut self, out: &mut Vec<u8>, start: GroupStart) -> Result<()> {
         let id = self.groups;
-        self.record(out, record_type::GROUP, Compression::None, |payload| {
-            start.write(id, payload);
-            Ok(())
-        })?;
+        self.record(
+            out,
+            (record_type::GROUP, Compression::None),
+            |_, payload| {
+                start.write(id, payload);
+                Ok(())
+            },
+            |session, payload, _| session.group(payload),
+        )?;
         self.groups = id.wrapping_add(1);
         Ok(())
     }
@@ -145,23 +166,27 @@ impl Encoder {
     /// keeps its last transform.
     ///
     /// # Errors
-    /// 2004, 2009.
+    /// 2004, 2009, 2019, 4008 before the first group, 4010 for a second call.
     pub fn transforms(
         &mut self,
         out: &mut Vec<u8>,
         transforms: &[(u32, Transform)],
         compression: Compression,
     ) -> Result<()> {
-        self.record(out, record_type::TRANSFORMS, compression, |payload| {
-            Ok(write_transforms(transforms, payload)?)
-        })
+        self.record(
+            out,
+            (record_type::TRANSFORMS, compression),
+            |_, payload| Ok(write_transforms(transforms, payload)?),
+            |session, payload, _| session.transforms(payload),
+        )
     }
 
-    /// Content of the frame, ids ascending over all calls of one frame; each track at most once a
-    /// frame. A delta builds on the last committed frame. No record is written for no updates.
+    /// Content of the frame, ids ascending; each track at most once a frame. A delta builds on the
+    /// last committed frame. No record is written for no updates.
     ///
     /// # Errors
-    /// 4001 for a delta before the first commit, 2004, 2019, 2027, 3003, 3004, 3008, 3010, 4012.
+    /// 2004, 2019, 2027, 3003 to 3013, 4001 for a delta in the first frame of a keyframe group,
+    /// 4008 before the first group, 4009, 4010, 4012 for slices of different lengths.
     pub fn points(
         &mut self,
         out: &mut Vec<u8>,
@@ -172,12 +197,12 @@ impl Encoder {
         let bytes = |update: &Update<'_>| 36 * (update.buckets.len() + update.cells.len());
         self.content(
             out,
-            (record_type::POINTS, compression),
+            (Kind::Points, compression),
             coverage,
             updates,
             bytes,
-            |base, now, tracks, payload| {
-                let grid_of = |id| match model_of(tracks, id)? {
+            |session, base, now, payload| {
+                let grid_of = |id| match &session.live(id)?.track.model {
                     Model::Points(grid) => Ok(grid),
                     _ => Err(Fault::TrackModel),
                 };
@@ -189,7 +214,9 @@ impl Encoder {
     /// Content of the frame for volumes of probes, with the same rules as [`Encoder::points`].
     ///
     /// # Errors
-    /// 4001 for a delta before the first commit, 2004, 2019, 2027, 3103, 3104, 4012.
+    /// 2004, 2019, 2027, 3103, 3104, 4001 for a delta in the first frame of a keyframe group or on
+    /// probes that are not those of the last commit, 4008 before the first group, 4009, 4010, 4012
+    /// for slices of a wrong length.
     pub fn probes(
         &mut self,
         out: &mut Vec<u8>,
@@ -202,14 +229,19 @@ impl Encoder {
         };
         self.content(
             out,
-            (record_type::PROBES, compression),
+            (Kind::Probes, compression),
             coverage,
             updates,
             bytes,
-            |base, now, tracks, payload| {
-                let volume_of = |id| match model_of(tracks, id)? {
-                    Model::Probes(volume) => Ok(volume),
-                    _ => Err(Fault::TrackModel),
+            |session, base, now, payload| {
+                let volume_of = |id| {
+                    let live = session.live(id)?;
+                    match &live.track.model {
+                        Model::Probes(volume) => {
+                            Ok((volume, session.parts.probes.state.probes_of(live)))
+                        }
+                        _ => Err(Fault::TrackModel),
+                    }
                 };
                 probes::write_payload(base, now, volume_of, payload)
             },
@@ -217,48 +249,69 @@ impl Encoder {
     }
 
     /// Model records with all updates, each with as many as fit. `bytes` is about what an update
-    /// takes; `write` appends the payload of some, given the base and the tracks.
+    /// takes; `write` appends the payload of some, given the base.
     fn content<U>(
         &mut self,
         out: &mut Vec<u8>,
-        (kind, compression): (u16, Compression),
+        (kind, compression): (Kind, Compression),
         coverage: Coverage,
         updates: &[U],
         bytes: impl Fn(&U) -> usize,
-        write: impl Fn(
-            Option<u32>,
-            &[U],
-            &[(u32, Model)],
-            &mut Vec<u8>,
-        ) -> core::result::Result<(), Fault>,
+        write: impl Fn(&Session, Option<u32>, &[U], &mut Vec<u8>) -> core::result::Result<(), Fault>,
     ) -> Result<()> {
-        let base = match (coverage, self.frame) {
+        let base = match (coverage, self.last_frame()) {
             (Coverage::Keyframe, _) => None,
             (Coverage::Delta, Some(frame)) => Some(frame),
-            (Coverage::Delta, None) => return Err(self.error(Fault::MissingBase)),
+            (Coverage::Delta, None) => {
+                return Err(Failure::from(Fault::MissingBase).at(self.written));
+            }
         };
-        let start = out.len();
-        let tracks = core::mem::take(&mut self.tracks);
+        let most = RECORD_BYTES.min(self.limits.unpacked_bytes as usize / 2);
+        let before = Checkpoint {
+            out_bytes: out.len(),
+            headers: self.headers.clone(),
+            records: self.records,
+            written: self.written,
+            pending: self.session.pending(),
+        };
         let mut rest = updates;
-        let mut result = Ok(());
-        while !rest.is_empty() && result.is_ok() {
+        while !rest.is_empty() {
             let mut sum = 0;
             let count = rest.iter().take_while(|update| {
                 sum += bytes(update);
-                sum <= RECORD_BYTES
+                sum <= most
             });
             let (now, later) = rest.split_at(count.count().max(1));
             rest = later;
-            result = self.record(out, kind, compression, |payload| {
-                Ok(write(base, now, &tracks, payload)?)
-            });
+            let result = self.record(
+                out,
+                (kind.record_type(), compression),
+                |session, payload| Ok(write(session, base, now, payload)?),
+                |session, payload, limits| {
+                    let bytes = payload.len();
+                    let space = session.content_room(bytes, limits)?;
+                    space.copy_from_slice(payload);
+                    session.content(kind, bytes)
+                },
+            );
+            if let Err(error) = result {
+                self.go_back(before, out);
+                return Err(crate::Error {
+                    offset: self.written,
+                    ..error
+                });
+            }
         }
-        self.tracks = tracks;
-        if result.is_err() && out.len() > start {
-            // Records of this call went out already: taking them back would break the sequence.
-            return Err(self.error(Fault::EncoderUse));
-        }
-        result
+        Ok(())
+    }
+
+    /// Takes back the content that was written since a checkpoint in the same frame.
+    fn go_back(&mut self, checkpoint: Checkpoint, out: &mut Vec<u8>) {
+        out.truncate(checkpoint.out_bytes);
+        self.headers = checkpoint.headers;
+        self.records = checkpoint.records;
+        self.written = checkpoint.written;
+        self.session.go_back(checkpoint.pending);
     }
 
     /// Makes the frame visible. Returns its number: 0, 1, 2...
@@ -266,40 +319,55 @@ impl Encoder {
     /// `digest` is that of the state after the frame ([`StateDigest`](crate::StateDigest)).
     ///
     /// # Errors
-    /// 4003 after 2^32 - 1 frames.
+    /// 4003 after 2^32 - 1 frames, 4004 for a tick before the last one, 4005 for a digest that is not
+    /// that of the state, 4008 before the first group.
     pub fn commit(&mut self, out: &mut Vec<u8>, tick: u64, digest: Option<u64>) -> Result<u32> {
-        let frame = match self.frame {
-            None => 0,
-            Some(last) => last
-                .checked_add(1)
-                .ok_or_else(|| self.error(Fault::FrameNumber))?,
+        let frame = match self.last_frame() {
+            None => Some(0),
+            Some(last) => last.checked_add(1),
         };
-        self.record(out, record_type::COMMIT, Compression::None, |payload| {
-            Commit {
-                tick,
-                frame,
-                digest,
-            }
-            .write(payload);
-            Ok(())
-        })?;
-        self.frame = Some(frame);
-        Ok(frame)
+        let info = self.record(
+            out,
+            (record_type::COMMIT, Compression::None),
+            |_, payload| {
+                let frame = frame.ok_or(Fault::FrameNumber)?;
+                Commit {
+                    tick,
+                    frame,
+                    digest,
+                }
+                .write(payload);
+                Ok(())
+            },
+            |session, payload, _| session.commit(payload),
+        )?;
+        self.session.clear_dirty();
+        Ok(info.number)
     }
 
-    /// Ends the stream.
+    /// Ends the stream; every call after it is refused.
     ///
     /// # Errors
-    /// None that depend on the arguments.
-    pub fn end(mut self, out: &mut Vec<u8>) -> Result<()> {
+    /// 4006 inside a frame.
+    pub fn end(&mut self, out: &mut Vec<u8>) -> Result<()> {
         let end = End {
             records: self.records,
             digest: self.headers.finish(),
         };
-        self.record(out, record_type::END, Compression::None, |payload| {
-            end.write(payload);
-            Ok(())
-        })
+        self.record(
+            out,
+            (record_type::END, Compression::None),
+            |session, payload| {
+                if session.is_open() {
+                    return Err(Fault::Uncommitted.into());
+                }
+                end.write(payload);
+                Ok(())
+            },
+            |_, _, _| Ok(()),
+        )?;
+        self.ended = true;
+        Ok(())
     }
 
     /// Bytes written so far, the preamble included.
@@ -309,32 +377,28 @@ impl Encoder {
 
     /// The last committed frame.
     pub fn last_frame(&self) -> Option<u32> {
-        self.frame
+        self.session.last.map(|(frame, _)| frame)
     }
 
-    fn error(&self, fault: Fault) -> crate::Error {
-        Failure::from(fault).at(self.written)
-    }
-
-    fn record(
+    /// Appends a record, or nothing. `write` appends its payload; `read` is what a decoder does with
+    /// it, which has the last word.
+    fn record<T>(
         &mut self,
         out: &mut Vec<u8>,
-        kind: u16,
-        compression: Compression,
-        write: impl FnOnce(&mut Vec<u8>) -> core::result::Result<(), Failure>,
-    ) -> Result<()> {
-        self.payload.clear();
+        (kind, compression): (u16, Compression),
+        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), Failure>,
+        read: impl FnOnce(&mut Session, &[u8], &Limits) -> core::result::Result<T, Failure>,
+    ) -> Result<T> {
         let start = out.len();
-        let packed = write(&mut self.payload).and_then(|()| {
-            u32::try_from(self.payload.len()).map_err(|_| Fault::EncoderUse)?;
-            out.extend_from_slice(&[0; crate::container::HEADER_BYTES]);
-            Ok(self.packer.pack(compression, &self.payload, out)?)
+        let result = self.pack(out, compression, write).and_then(|packing| {
+            let value = read(&mut self.session, &self.payload, &self.limits)?;
+            Ok((packing, value))
         });
-        let packing = packed.map_err(|failure| {
+        let (packing, value) = result.map_err(|failure| {
             out.truncate(start);
             failure.at(self.written)
         })?;
-        let payload_start = start + crate::container::HEADER_BYTES;
+        let payload_start = start + HEADER_BYTES;
         let header = RecordHeader {
             record_type: kind,
             critical: true,
@@ -350,12 +414,30 @@ impl Encoder {
         self.headers.write(&bytes);
         self.records += 1;
         self.written += (out.len() - start) as u64;
-        Ok(())
+        Ok(value)
     }
-}
 
-/// The model of a declared track.
-fn model_of(tracks: &[(u32, Model)], id: u32) -> core::result::Result<&Model, Fault> {
-    let at = tracks.binary_search_by_key(&id, |&(id, _)| id);
-    Ok(&tracks[at.map_err(|_| Fault::UnknownTrack)?].1)
+    /// Appends an empty header and a packed payload within the limits, and leaves the payload as it
+    /// was before packing in `self.payload`.
+    fn pack(
+        &mut self,
+        out: &mut Vec<u8>,
+        compression: Compression,
+        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), Failure>,
+    ) -> core::result::Result<Packing, Failure> {
+        if self.ended {
+            return Err(Fault::TrailingBytes.into());
+        }
+        self.payload.clear();
+        write(&self.session, &mut self.payload)?;
+        out.extend_from_slice(&[0; HEADER_BYTES]);
+        let start = out.len();
+        let window = self.limits.zstd_window_bytes;
+        let packing = self.packer.pack(compression, &self.payload, window, out)?;
+        let stored = &out[start..];
+        self.limits
+            .check_record(stored.len() as u64, self.payload.len() as u64)?;
+        Unpacker::check(packing, stored, self.payload.len(), window)?;
+        Ok(packing)
+    }
 }

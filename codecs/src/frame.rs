@@ -66,6 +66,11 @@ impl FrameBytes {
         (&mut self.bytes[..self.used], start..self.used)
     }
 
+    /// Forgets all payloads but the first `bytes` of them.
+    pub(crate) fn truncate(&mut self, bytes: usize) {
+        self.used = self.used.min(bytes);
+    }
+
     /// Forgets the payloads; keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.used = 0;

@@ -1,7 +1,7 @@
 //! What a stream may ask of the machine that decodes it.
 
 use crate::container::unpack::Unpacker;
-use crate::error::Limit;
+use crate::error::{Failure, Fault, Limit};
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
 /// the places that it may leave free.
@@ -81,6 +81,20 @@ impl Limits {
             }
         };
         u32::try_from(value).map(|value| *field = value).is_ok()
+    }
+
+    /// The limits of a record's payload, as stored and unpacked.
+    pub(crate) fn check_record(&self, stored: u64, unpacked: u64) -> Result<(), Failure> {
+        for (fault, which, asked) in [
+            (Fault::StoredLimit, Limit::StoredBytes, stored),
+            (Fault::UnpackedLimit, Limit::UnpackedBytes, unpacked),
+        ] {
+            let allowed = self.get(which);
+            if asked > allowed {
+                return Err(Failure::limit(fault, which, asked, allowed));
+            }
+        }
+        Ok(())
     }
 
     /// The most bytes that a decoder with these limits ever has allocated at once, whatever it is

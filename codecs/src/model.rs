@@ -52,6 +52,14 @@ impl Kind {
         }
     }
 
+    /// The record that carries the content of the model.
+    pub(crate) fn record_type(self) -> u16 {
+        match self {
+            Kind::Points => record_type::POINTS,
+            Kind::Probes => record_type::PROBES,
+        }
+    }
+
     /// The model whose content a record carries; none for the records of the container.
     pub(crate) fn of_record(number: u16) -> Option<Kind> {
         match number {

@@ -53,7 +53,39 @@ pub(crate) struct Session {
     removed: Vec<usize>,
 }
 
+/// How much of a frame there is, so that the content after it can be dropped.
+#[derive(Clone, Copy)]
+pub(crate) struct Pending {
+    open: bool,
+    frame_bytes: usize,
+    /// Tracks with content, for each part.
+    staged: [usize; 2],
+}
+
 impl Session {
+    /// What there is of the frame in the making.
+    pub(crate) fn pending(&mut self) -> Pending {
+        Pending {
+            open: self.open,
+            frame_bytes: self.frame.used(),
+            staged: self.parts.all().map(|part| part.staged()),
+        }
+    }
+
+    /// Drops the content that came after `pending`.
+    pub(crate) fn go_back(&mut self, pending: Pending) {
+        self.open = pending.open;
+        self.frame.truncate(pending.frame_bytes);
+        for (part, kept) in self.parts.all().into_iter().zip(pending.staged) {
+            part.unstage(kept, self.emptied, &mut self.tracks);
+        }
+    }
+
+    /// A declared track.
+    pub(crate) fn live(&self, id: u32) -> Result<&LiveTrack, Fault> {
+        Ok(&self.tracks[find(&self.tracks, id)?])
+    }
+
     pub(crate) fn is_open(&self) -> bool {
         self.open
     }
@@ -181,12 +213,13 @@ impl Session {
             return Err(Fault::TrackTwice.into());
         }
         let (tracks, staged) = (&self.tracks, &mut self.staged_transforms);
-        read_transforms(payload, |id, transform| {
+        let read = read_transforms(payload, |id, transform| {
             let at = find(tracks, id)?;
             make_room(staged, 1, tracks.len());
             staged.push((at, transform));
             Ok(())
-        })?;
+        });
+        read.inspect_err(|_| self.staged_transforms.clear())?;
         self.has_transforms = true;
         self.open = true;
         Ok(())

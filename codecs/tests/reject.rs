@@ -393,107 +393,84 @@ fn fields_of_points() {
     case(3013, malformed, &|p| put(p, 64, 0));
 }
 
+/// Records of valid streams in another order, with sequence numbers that fit.
+fn in_order(records: &[&[u8]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
+    for (sequence, record) in (1..).zip(records) {
+        bytes.extend(with_header(record, 0, |h| h.sequence = sequence));
+    }
+    bytes
+}
+
 #[test]
-fn order_of_a_session() {
-    let build = |f: &dyn Fn(&mut Encoder, &mut Vec<u8>)| {
-        let mut bytes = Vec::new();
-        let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
-        f(&mut encoder, &mut bytes);
-        let mut decoder = Decoder::new(Limits::default());
-        decode(&mut decoder, &bytes).1.unwrap_err().id
-    };
-    let t = |id| track(id, PointWidths::BITS_32, 3, 4);
-    let empty = |track| Update {
-        track,
+fn records_out_of_order_are_refused() {
+    let t = |id, buckets| track(id, PointWidths::BITS_32, buckets, 4);
+    let empty = Update {
+        track: 4,
         bucket_indices: &[],
         buckets: &[],
         cell_indices: &[],
         cells: &[],
     };
     let none = Compression::None;
-    let key = Coverage::Keyframe;
-    assert_eq!(build(&|e, o| assert_eq!(e.commit(o, 0, None), Ok(0))), 4008);
-    let group = |e: &mut Encoder, o: &mut Vec<u8>| e.group(o, GroupStart::Keyframes).unwrap();
-    assert_eq!(build(&|e, o| (group(e, o), group(e, o)).0), 4006);
-    let twice = |e: &mut Encoder, o: &mut Vec<u8>| {
-        group(e, o);
-        e.tracks(o, &[t(1)]).unwrap();
-        e.points(o, key, &[empty(1)], none).unwrap();
-        e.points(o, key, &[empty(1)], none).unwrap();
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
+    let mut starts = vec![bytes.len()];
+    let mut step = |write: &mut dyn FnMut(&mut Encoder, &mut Vec<u8>) -> Result<()>| {
+        write(&mut encoder, &mut bytes).unwrap();
+        starts.push(bytes.len());
     };
-    assert_eq!(build(&twice), 4010);
-    assert_eq!(
-        build(&|e, o| (e.tracks(o, &[t(5)]), e.tracks(o, &[t(4)])).0.unwrap()),
-        2005
-    );
-    let changed = |e: &mut Encoder, o: &mut Vec<u8>| {
-        e.tracks(o, &[t(5)]).unwrap();
-        e.tracks(o, &[t(5)]).unwrap();
-        e.tracks(o, &[track(5, PointWidths::BITS_32, 4, 4)])
-            .unwrap();
+    step(&mut |e, o| e.group(o, GroupStart::Keyframes));
+    step(&mut |e, o| e.tracks(o, &[t(4, 3)]));
+    step(&mut |e, o| e.tracks(o, &[t(5, 3)]));
+    step(&mut |e, o| e.points(o, Coverage::Keyframe, &[empty], none));
+    step(&mut |e, o| e.transforms(o, &[(4, Transform::IDENTITY)], none));
+    step(&mut |e, o| e.commit(o, 0, None).map(|_| ()));
+    step(&mut |e, o| e.remove_tracks(o, &[4]));
+    step(&mut |e, o| e.commit(o, 0, None).map(|_| ()));
+    step(&mut |e, o| e.end(o));
+    let records: Vec<&[u8]> = starts.windows(2).map(|w| &bytes[w[0]..w[1]]).collect();
+    let &[
+        group,
+        track_4,
+        track_5,
+        points,
+        transforms,
+        commit,
+        remove,
+        _,
+        end,
+    ] = &records[..]
+    else {
+        panic!("one record a step");
     };
-    assert_eq!(build(&changed), 2006);
-    let removed = |e: &mut Encoder, o: &mut Vec<u8>| {
-        group(e, o);
-        e.tracks(o, &[t(1)]).unwrap();
-        e.remove_tracks(o, &[1]).unwrap();
-        e.transforms(o, &[(1, Transform::IDENTITY)], none).unwrap();
+    let other = {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).unwrap();
+        let start = bytes.len();
+        encoder.tracks(&mut bytes, &[t(4, 4)]).unwrap();
+        bytes.split_off(start)
     };
-    assert_eq!(build(&removed), 2019);
-    let ends_open = |e: &mut Encoder, o: &mut Vec<u8>| {
-        group(e, o);
-        std::mem::replace(
-            e,
-            Encoder::new(EncoderConfig::default(), &mut Vec::new()).unwrap(),
-        )
-        .end(o)
-        .unwrap();
-    };
-    assert_eq!(build(&ends_open), 4006);
-}
-
-#[test]
-fn an_encoder_refuses_what_a_decoder_would() {
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    let length = out.len();
-    let t = |id| track(id, PointWidths::BITS_32, 3, 4);
-    let ids = |r: Result<()>| r.unwrap_err().id;
-    assert_eq!(ids(encoder.tracks(&mut out, &[t(2), t(1)])), 2004);
-    let update = |index: &'static [u32]| Update {
-        track: 1,
-        bucket_indices: index,
-        buckets: &[Bucket::EMPTY],
-        cell_indices: &[],
-        cells: &[],
-    };
-    let none = Compression::None;
-    let key = Coverage::Keyframe;
-    assert_eq!(
-        ids(encoder.points(&mut out, key, &[update(&[0])], none)),
-        2019
-    );
-    assert_eq!(
-        ids(encoder.points(&mut out, Coverage::Delta, &[update(&[0])], none)),
-        4001
-    );
-    assert_eq!(out.len(), length, "a refused call wrote bytes");
-    encoder.tracks(&mut out, &[t(1)]).unwrap();
-    assert_eq!(
-        ids(encoder.points(&mut out, key, &[update(&[3])], none)),
-        3003
-    );
-    assert_eq!(
-        ids(encoder.points(&mut out, key, &[update(&[])], none)),
-        4012
-    );
-    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-    encoder
-        .points(&mut out, key, &[update(&[2])], none)
-        .unwrap();
-    encoder.commit(&mut out, 0, None).unwrap();
-    encoder.end(&mut out).unwrap();
-    decode(&mut Decoder::new(Limits::default()), &out)
-        .1
-        .unwrap();
+    for (records, id) in [
+        (&[commit][..], 4008),
+        (&[track_4, transforms], 4008),
+        (&[track_4, points], 4008),
+        (&[group, group], 4006),
+        (&[group, end], 4006),
+        (&[group, track_4, points, points], 4010),
+        (&[group, track_4, transforms, transforms], 4010),
+        (&[group, track_4, points, remove], 4010),
+        (&[track_5, track_4], 2005),
+        (&[group, track_4, remove, commit, track_4], 2005),
+        (&[track_4, track_4, other.as_slice()], 2006),
+        (&[group, track_4, remove, transforms], 2019),
+        (&[group, track_4, remove, points], 2019),
+        (&[group, track_4, remove, remove], 2019),
+        (&[group, transforms], 2019),
+    ] {
+        let mut decoder = Decoder::new(Limits::default());
+        let (_, result) = decode(&mut decoder, &in_order(records));
+        assert_eq!(result.unwrap_err().id, id);
+    }
 }

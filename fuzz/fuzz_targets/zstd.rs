@@ -4,6 +4,10 @@
 
 use arbitrary::{Result, Unstructured};
 use dapple_codec::fuzzing::unpack_zstd_twice;
+use dapple_codec::points::{Grid, PointWidths};
+use dapple_codec::{
+    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
+};
 use libfuzzer_sys::fuzz_target;
 
 const WINDOW: u32 = 1 << 20;
@@ -54,7 +58,6 @@ fn run(data: &[u8]) -> Result<()> {
 
 /// A frame that the encoder made, with a few bytes changed.
 fn mutated(data: &[u8]) -> Result<Vec<u8>> {
-    use dapple_codec::{Compression, Encoder, EncoderConfig, Transform};
     let mut u = Unstructured::new(data);
     let lazy = u.arbitrary()?;
     let level = u.int_in_range(1..=19)?;
@@ -70,6 +73,10 @@ fn mutated(data: &[u8]) -> Result<Vec<u8>> {
     }
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes).expect("preamble");
+    let tracks: Vec<_> = entries.iter().map(|&(id, _)| smallest_track(id)).collect();
+    encoder.tracks(&mut bytes, &tracks).expect("tracks");
+    let group = encoder.group(&mut bytes, GroupStart::Keyframes);
+    group.expect("group");
     let start = bytes.len() + 32;
     let compression = Compression::Zstd { level, lazy };
     encoder
@@ -81,6 +88,26 @@ fn mutated(data: &[u8]) -> Result<Vec<u8>> {
         frame[at] = u.arbitrary()?;
     }
     Ok(frame)
+}
+
+/// A track of one bucket and one cell.
+fn smallest_track(id: u32) -> Track {
+    Track {
+        id,
+        target: Target::default(),
+        aabb_min: [0.0; 3],
+        aabb_max: [1.0; 3],
+        space: LookupSpace::Mesh,
+        model: Model::Points(Grid {
+            grid_from_mesh: Transform::IDENTITY.world_from_grid,
+            dims: [1; 3],
+            cell_edge: 1.0,
+            radius: 0.5,
+            widths: PointWidths::BITS_32,
+            bucket_count: 1,
+            cell_capacity: 1,
+        }),
+    }
 }
 
 /// Whether a block of the frame has literals in four Huffman streams. Where one of them holds more

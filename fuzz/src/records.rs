@@ -320,6 +320,18 @@ fn probes(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
     encoder.tracks(&mut bytes, &tracks).expect("tracks");
     let start = GroupStart::Keyframes;
     encoder.group(&mut bytes, start).expect("group");
+    // The frame that a delta builds on.
+    let bases: Vec<_> = contents
+        .iter()
+        .map(|(track, base, ..)| Update {
+            track: *track,
+            base: &[],
+            probes: base,
+            visibility: None,
+        })
+        .collect();
+    let written = encoder.probes(&mut bytes, Coverage::Keyframe, &bases, Compression::None);
+    written.expect("base");
     encoder.commit(&mut bytes, 0, None).expect("commit");
     let updates: Vec<_> = contents
         .iter()

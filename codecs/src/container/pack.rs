@@ -29,6 +29,10 @@ impl Compression {
     };
 }
 
+/// The window that zstd takes of itself at level 19, for large payloads.
+#[cfg(feature = "std")]
+const LARGEST_WINDOW: u32 = 8 << 20;
+
 /// Packs payloads; keeps its tables from one to the next.
 #[derive(Default)]
 pub(crate) struct Packer {
@@ -37,11 +41,13 @@ pub(crate) struct Packer {
 }
 
 impl Packer {
-    /// Appends `payload` to `out`, packed if that makes it smaller. Returns how it was packed.
+    /// Appends `payload` to `out`, packed if that makes it smaller; a zstd frame needs a window of
+    /// `window` bytes at most, or of 1 KiB. Returns how it was packed.
     pub(crate) fn pack(
         &mut self,
         compression: Compression,
         payload: &[u8],
+        window: u32,
         out: &mut Vec<u8>,
     ) -> Result<Packing, Fault> {
         let start = out.len();
@@ -57,7 +63,8 @@ impl Packer {
                 (Packing::Lz4, bytes)
             }
             Compression::Zstd { level, lazy } => {
-                (Packing::Zstd, self.zstd(level, lazy, payload, out)?)
+                let bytes = self.zstd((level, lazy), payload, window, out)?;
+                (Packing::Zstd, bytes)
             }
         };
         if packing == Packing::None || bytes >= payload.len() {
@@ -72,9 +79,9 @@ impl Packer {
     #[cfg(feature = "std")]
     fn zstd(
         &mut self,
-        level: i32,
-        lazy: bool,
+        (level, lazy): (i32, bool),
         payload: &[u8],
+        window: u32,
         out: &mut Vec<u8>,
     ) -> Result<usize, Fault> {
         use zstd::zstd_safe::{CParameter, Strategy};
@@ -88,6 +95,12 @@ impl Packer {
                     .set_parameter(CParameter::Strategy(Strategy::ZSTD_lazy))
                     .map_err(|_| Fault::EncoderUse)?;
             }
+            if window < LARGEST_WINDOW {
+                let log = window.checked_ilog2().unwrap_or(0).max(10);
+                compressor
+                    .set_parameter(CParameter::WindowLog(log))
+                    .map_err(|_| Fault::EncoderUse)?;
+            }
             self.zstd = Some((wanted, compressor));
         }
         let (_, compressor) = self.zstd.as_mut().ok_or(Fault::EncoderUse)?;
@@ -99,7 +112,7 @@ impl Packer {
     }
 
     #[cfg(not(feature = "std"))]
-    fn zstd(&mut self, _: i32, _: bool, _: &[u8], _: &mut Vec<u8>) -> Result<usize, Fault> {
+    fn zstd(&mut self, _: (i32, bool), _: &[u8], _: u32, _: &mut Vec<u8>) -> Result<usize, Fault> {
         Err(Fault::EncoderUse)
     }
 }

@@ -28,6 +28,21 @@ impl Unpacker {
         }
     }
 
+    /// Checks a packed payload as far as that needs no unpacking: its lengths, and the headers of a
+    /// zstd frame.
+    pub(crate) fn check(
+        packing: Packing,
+        stored: &[u8],
+        unpacked: usize,
+        window_limit: u32,
+    ) -> Result<(), Failure> {
+        Unpacker::check_lengths(packing as u8, stored.len() as u32, unpacked as u32)?;
+        if packing == Packing::Zstd {
+            zstd::check_frame(stored, unpacked, window_limit)?;
+        }
+        Ok(())
+    }
+
     /// Fills `out`, whose length the record header gave, from `stored`.
     pub(crate) fn unpack(
         &mut self,

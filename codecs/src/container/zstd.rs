@@ -147,7 +147,7 @@ pub fn unpack_zstd_twice(
 /// The blocks of a frame.
 #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
 #[derive(Clone, Copy)]
-struct Blocks {
+pub(super) struct Blocks {
     /// Byte of the frame where the first one begins.
     start: usize,
     /// What one of them may hold, stored or unpacked.
@@ -168,7 +168,11 @@ fn little(frame: &[u8], at: usize, bytes: usize) -> Option<u64> {
 /// Walks the frame header and the block headers (RFC 8878, 3.1.1): one frame and nothing else, no
 /// dictionary, no content checksum (the record has its own), content size as the record says,
 /// window within the limit. So both zstd decoders see the same, and neither reserves more.
-fn check_frame(frame: &[u8], content: usize, window_limit: u32) -> Result<Blocks, Failure> {
+pub(super) fn check_frame(
+    frame: &[u8],
+    content: usize,
+    window_limit: u32,
+) -> Result<Blocks, Failure> {
     let bad = Fault::ZstdFrame;
     let little = |at, bytes| little(frame, at, bytes).ok_or(bad);
     if little(0, 4)? != 0xfd2f_b528 {
@@ -311,7 +315,7 @@ mod tests {
     fn zstd_frame(level: i32, lazy: bool, payload: &[u8]) -> Vec<u8> {
         let mut frame = Vec::new();
         let compression = Compression::Zstd { level, lazy };
-        let packing = Packer::default().pack(compression, payload, &mut frame);
+        let packing = Packer::default().pack(compression, payload, 8 << 20, &mut frame);
         assert_eq!(packing, Ok(Packing::Zstd));
         frame
     }

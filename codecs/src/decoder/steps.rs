@@ -8,7 +8,7 @@ use crate::container::unpack::Unpacker;
 use crate::container::{
     HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };
-use crate::error::{Failure, Fault, Limit, Result};
+use crate::error::{Failure, Fault, Result};
 use crate::model::Kind;
 use crate::session::End;
 
@@ -119,23 +119,8 @@ impl Decoder {
             self.count_record();
             return Ok(Phase::Skip(header.stored_bytes));
         }
-        let limit = |fault, which, asked: u32, allowed: u32| match asked <= allowed {
-            true => Ok(()),
-            false => Err(Failure::limit(fault, which, asked.into(), allowed.into())),
-        };
         let (stored, unpacked) = (header.stored_bytes, header.unpacked_bytes);
-        limit(
-            Fault::StoredLimit,
-            Limit::StoredBytes,
-            stored,
-            self.limits.stored_bytes,
-        )?;
-        limit(
-            Fault::UnpackedLimit,
-            Limit::UnpackedBytes,
-            unpacked,
-            self.limits.unpacked_bytes,
-        )?;
+        self.limits.check_record(stored.into(), unpacked.into())?;
         Unpacker::check_lengths(header.packing, stored, unpacked)?;
         // An end record's digest covers what came before it.
         if header.record_type != record_type::END {

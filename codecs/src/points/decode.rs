@@ -118,15 +118,29 @@ impl part::Part for Part {
         Ok(())
     }
 
+    fn staged(&self) -> usize {
+        self.staged.len()
+    }
+
+    fn unstage(&mut self, kept: usize, emptied: bool, tracks: &mut [LiveTrack]) {
+        for staged in self.staged.drain(kept..) {
+            let id = self.state.places[staged.place].id;
+            if let Ok(slot) = tracks.binary_search_by_key(&id, |live| live.track.id) {
+                tracks[slot].staged = false;
+            }
+            match emptied {
+                true => self.state.expect_nothing(staged.place),
+                false => self.state.expect_committed(staged.place),
+            }
+        }
+    }
+
     fn revert(&mut self, emptied: bool, tracks: &[LiveTrack]) {
         for live in tracks {
             if (live.staged || (emptied && live.filled))
-                && let Some(place) = self.state.place_of(live).copied()
+                && let Some(index) = self.state.index_of(live.track.id)
             {
-                let homes = self.state.next_homes[place.cells()].iter_mut();
-                for (home, cell) in homes.zip(&self.state.cells[place.cells()]) {
-                    *home = place.hasher.home(cell.key);
-                }
+                self.state.expect_committed(index);
             }
         }
         self.staged.clear();

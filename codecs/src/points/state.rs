@@ -215,6 +215,15 @@ impl State {
         self.next_homes[place.cells()].fill(EMPTY);
     }
 
+    /// The frame in the making starts with the cells that a track has.
+    pub(super) fn expect_committed(&mut self, index: usize) {
+        let place = &self.places[index];
+        let homes = self.next_homes[place.cells()].iter_mut();
+        for (home, cell) in homes.zip(&self.cells[place.cells()]) {
+            *home = place.hasher.home(cell.key);
+        }
+    }
+
     /// The whole of a track is dirty.
     fn touch(&mut self, place: &Place) {
         let (buckets, cells) = (place.first_bucket, place.first_cell);

@@ -123,8 +123,8 @@ impl part::Part for Part {
                 visibility = Some(start..start + bytes);
             }
             at += section.len();
-            tracks[entry.slot].staged = true;
             let changed = decode(probes, volume, head.keyframe)?;
+            tracks[entry.slot].staged = true;
             make_room(&mut self.staged, 1, tracks.len());
             self.staged.push(Staged {
                 index,
@@ -137,6 +137,19 @@ impl part::Part for Part {
             return Err(Fault::ProbesSize);
         }
         Ok(())
+    }
+
+    fn staged(&self) -> usize {
+        self.staged.len()
+    }
+
+    fn unstage(&mut self, kept: usize, _emptied: bool, tracks: &mut [LiveTrack]) {
+        for staged in self.staged.drain(kept..) {
+            let id = self.state.volumes[staged.index].id;
+            if let Ok(slot) = tracks.binary_search_by_key(&id, |live| live.track.id) {
+                tracks[slot].staged = false;
+            }
+        }
     }
 
     fn revert(&mut self, _emptied: bool, _tracks: &[LiveTrack]) {

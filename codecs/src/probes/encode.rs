@@ -27,11 +27,12 @@ pub struct Update<'a> {
     pub visibility: Option<&'a [u8]>,
 }
 
-/// Appends the payload. `volume_of` finds a declared track of the model.
+/// Appends the payload. `volume_of` finds a declared track of the model, and its probes in the last
+/// committed frame.
 pub(crate) fn write_payload<'v>(
     base: Option<u32>,
     updates: &[Update<'_>],
-    volume_of: impl Fn(u32) -> Result<&'v Volume, Fault>,
+    volume_of: impl Fn(u32) -> Result<(&'v Volume, &'v [Probe]), Fault>,
     out: &mut Vec<u8>,
 ) -> Result<(), Fault> {
     let count = |n: usize| u32::try_from(n).map_err(|_| Fault::EncoderUse);
@@ -46,7 +47,10 @@ pub(crate) fn write_payload<'v>(
         put_u32(out, u32::from(update.visibility.is_some()) * HAS_VISIBILITY);
     }
     for update in updates {
-        let volume = volume_of(update.track)?;
+        let (volume, committed) = volume_of(update.track)?;
+        if base.is_some() && update.base.len() == committed.len() && update.base != committed {
+            return Err(Fault::MissingBase);
+        }
         let start = out.len();
         write_track(volume, base.is_none(), update, out)?;
         let size = count(out.len() - start)?;
