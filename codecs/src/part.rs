@@ -19,8 +19,8 @@ pub(crate) trait Part {
     /// the plan is within, and `limit` tracks.
     fn add(&mut self, tracks: &[Track], most: u64, limit: usize);
 
-    /// Forgets a track and gives its room back.
-    fn remove(&mut self, id: u32);
+    /// Forgets the tracks that are marked as removed, in one pass, and frees their memory for others.
+    fn remove(&mut self, tracks: &[LiveTrack]);
 
     /// Empties a track.
     fn empty(&mut self, id: u32);

@@ -21,16 +21,21 @@ impl FreeRanges {
         Some(start)
     }
 
-    /// Gives a range back.
+    /// Gives a range back, for use once [`FreeRanges::settle`] has put it in its place.
     pub(crate) fn give(&mut self, start: u32, length: u32) {
-        let at = self.free.partition_point(|&(s, _)| s < start);
-        self.free.insert(at, (start, length));
-        if at + 1 < self.free.len() && start + length == self.free[at + 1].0 {
-            self.free[at].1 += self.free.remove(at + 1).1;
-        }
-        if at > 0 && self.free[at - 1].0 + self.free[at - 1].1 == start {
-            self.free[at - 1].1 += self.free.remove(at).1;
-        }
+        self.free.push((start, length));
+    }
+
+    /// Sorts and merges, so that many ranges that are given back cost one pass.
+    pub(crate) fn settle(&mut self) {
+        self.free.sort_unstable();
+        self.free.dedup_by(|next, kept| {
+            let touch = kept.0 + kept.1 == next.0;
+            if touch {
+                kept.1 += next.1;
+            }
+            touch
+        });
     }
 
     pub(crate) fn clear(&mut self) {
@@ -46,13 +51,16 @@ mod tests {
     fn ranges_merge_again() {
         let mut ranges = FreeRanges::default();
         ranges.give(0, 30);
+        ranges.settle();
         let taken = [ranges.take(10), ranges.take(10), ranges.take(10)];
         assert_eq!(taken, [Some(0), Some(10), Some(20)]);
         assert_eq!(ranges.take(1), None);
         ranges.give(20, 10);
         ranges.give(0, 10);
+        ranges.settle();
         assert_eq!(ranges.take(11), None);
         ranges.give(10, 10);
+        ranges.settle();
         assert_eq!(ranges.free, [(0, 30)]);
     }
 }

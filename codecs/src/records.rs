@@ -51,6 +51,10 @@ pub(crate) struct Session {
     /// Tracks of a record in the making.
     declared: Vec<Track>,
     removed: Vec<usize>,
+    /// Some tracks wait for the commit that ends them.
+    has_removed: bool,
+    /// Some tracks may be marked as staged.
+    has_content: bool,
 }
 
 /// How much of a frame there is, so that the content after it can be dropped.
@@ -204,6 +208,7 @@ impl Session {
         for &at in &self.removed {
             self.tracks[at].removed = true;
         }
+        self.has_removed |= !self.removed.is_empty();
         Ok(())
     }
 
@@ -251,6 +256,7 @@ impl Session {
             last_frame: self.last.map(|(frame, _)| frame),
         };
         self.open = true;
+        self.has_content = true;
         let (frame, payload) = self.frame.keep(bytes);
         let part = self.parts.of_mut(kind);
         Ok(part.stage(frame, payload, base, &mut self.tracks)?)
@@ -286,13 +292,15 @@ impl Session {
         for part in self.parts.all() {
             part.apply(self.frame.get(), &mut info);
         }
-        for live in &mut self.tracks {
-            if live.staged {
-                live.filled = true;
-            } else if self.emptied && live.filled {
-                let part = self.parts.of_mut(live.track.model.kind());
-                part.empty(live.track.id);
-                live.filled = false;
+        if self.has_content || self.emptied {
+            for live in &mut self.tracks {
+                if live.staged {
+                    live.filled = true;
+                } else if self.emptied && live.filled {
+                    let part = self.parts.of_mut(live.track.model.kind());
+                    part.empty(live.track.id);
+                    live.filled = false;
+                }
             }
         }
         if self.emptied {
@@ -304,11 +312,12 @@ impl Session {
             self.tracks[at].transform = Some(transform);
         }
         self.transforms_dirty |= self.has_transforms || self.emptied;
-        for live in self.tracks.iter().filter(|live| live.removed) {
-            let part = self.parts.of_mut(live.track.model.kind());
-            part.remove(live.track.id);
+        if self.has_removed {
+            let parts = self.parts.all().into_iter();
+            parts.for_each(|part| part.remove(&self.tracks));
+            self.tracks.retain(|live| !live.removed);
+            self.has_removed = false;
         }
-        self.tracks.retain(|live| !live.removed);
         self.parts.all().into_iter().for_each(|part| part.settle());
         self.last = Some((commit.frame, commit.tick));
         self.close();
@@ -348,8 +357,10 @@ impl Session {
 
     /// Drops the frame in the making. Removals stay: a stream that goes on counts on them.
     pub(crate) fn revert(&mut self) {
-        for part in self.parts.all() {
-            part.revert(self.emptied, &self.tracks);
+        if self.has_content || self.emptied {
+            for part in self.parts.all() {
+                part.revert(self.emptied, &self.tracks);
+            }
         }
         self.close();
     }
@@ -364,6 +375,7 @@ impl Session {
         self.transforms_dirty = false;
         self.next_id = 0;
         self.in_group = false;
+        self.has_removed = false;
     }
 
     pub(crate) fn clear_dirty(&mut self) {
@@ -375,7 +387,10 @@ impl Session {
     }
 
     fn close(&mut self) {
-        self.tracks.iter_mut().for_each(|live| live.staged = false);
+        if self.has_content {
+            self.tracks.iter_mut().for_each(|live| live.staged = false);
+        }
+        self.has_content = false;
         self.frame.clear();
         self.open = false;
         self.emptied = false;

@@ -195,6 +195,12 @@ impl LiveTrack {
     }
 }
 
+/// Whether the track of an id is marked as removed. Ids ascend.
+pub(crate) fn is_removed(tracks: &[LiveTrack], id: u32) -> bool {
+    let at = tracks.binary_search_by_key(&id, |live| live.track.id);
+    at.is_ok_and(|at| tracks[at].removed)
+}
+
 /// Calls `each` with every declared track, ids ascending.
 pub(crate) fn read_tracks(
     payload: &[u8],

@@ -15,7 +15,7 @@ use crate::frame::FrameInfo;
 use crate::model::Kind;
 use crate::part;
 use crate::room::make_room;
-use crate::track::{LiveTrack, Track};
+use crate::track::{LiveTrack, Track, is_removed};
 
 const FAULTS: ShapeFaults = ShapeFaults {
     size: Fault::PointsSize,
@@ -48,10 +48,8 @@ impl part::Part for Part {
         }
     }
 
-    fn remove(&mut self, id: u32) {
-        if let Some(index) = self.state.index_of(id) {
-            self.state.remove(index);
-        }
+    fn remove(&mut self, tracks: &[LiveTrack]) {
+        self.state.remove(|id| is_removed(tracks, id));
     }
 
     fn empty(&mut self, id: u32) {

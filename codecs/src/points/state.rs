@@ -190,14 +190,21 @@ impl State {
         self.settle_dirty();
     }
 
-    /// Empties a track's region and gives it back.
-    pub(super) fn remove(&mut self, index: usize) {
-        self.empty(index);
-        let place = self.places.remove(index);
-        self.free_buckets
-            .give(place.first_bucket, place.grid.bucket_count);
-        self.free_cells
-            .give(place.first_cell, place.grid.cell_capacity);
+    /// Empties the regions of the tracks that `removed` picks by their ids, and frees them.
+    pub(super) fn remove(&mut self, removed: impl Fn(u32) -> bool) {
+        for index in 0..self.places.len() {
+            let place = self.places[index];
+            if removed(place.id) {
+                self.empty(index);
+                self.free_buckets
+                    .give(place.first_bucket, place.grid.bucket_count);
+                self.free_cells
+                    .give(place.first_cell, place.grid.cell_capacity);
+            }
+        }
+        self.places.retain(|place| !removed(place.id));
+        self.free_buckets.settle();
+        self.free_cells.settle();
     }
 
     /// All buckets empty, all cells free.

@@ -15,7 +15,7 @@ use crate::frame::FrameInfo;
 use crate::model::{Kind, Model};
 use crate::part;
 use crate::room::make_room;
-use crate::track::{LiveTrack, Track};
+use crate::track::{LiveTrack, Track, is_removed};
 
 const FAULTS: ShapeFaults = ShapeFaults {
     size: Fault::ProbesSize,
@@ -78,8 +78,9 @@ impl part::Part for Part {
         }
     }
 
-    fn remove(&mut self, id: u32) {
-        self.state.volumes.retain(|volume| volume.id != id);
+    fn remove(&mut self, tracks: &[LiveTrack]) {
+        let volumes = &mut self.state.volumes;
+        volumes.retain(|volume| !is_removed(tracks, volume.id));
     }
 
     fn empty(&mut self, id: u32) {
