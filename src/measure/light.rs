@@ -55,7 +55,7 @@ impl Seen {
             let direction = view.direction(x, y);
             match paths.first(eye, direction, true).0 {
                 Some(surface) => {
-                    let light = surface.emitted + paths.direct(&surface);
+                    let light = surface.emitted + surface.unlit + paths.direct(&surface);
                     (Some(surface), light)
                 }
                 None => (None, paths.sky().radiance(direction)),

@@ -66,7 +66,7 @@ fn running_area(scene: &Scene, rest: &Pose, instance: usize, scale: Mat3) -> Vec
     triangles
         .map(|(triangle, &material)| {
             let material = &scene.materials[material as usize];
-            if material.alpha != Alpha::Blend {
+            if !material.is_see_through() {
                 let [a, b, c] = triangle.map(|i| scale * shape[i as usize]);
                 let sides = if material.double_sided { 2.0 } else { 1.0 };
                 total += 0.5 * (b - a).cross(c - a).length() as f64 * sides;

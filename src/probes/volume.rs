@@ -1,7 +1,7 @@
 //! Irradiance volumes in a scene: a box by hand, or one that fits what can be seen.
 
 use super::lattice::Lattice;
-use crate::scene::{Alpha, Pose, Scene};
+use crate::scene::{Pose, Scene};
 use crate::trace::offset::offset_origin;
 use crate::trace::{Aabb, Ray, Tracer};
 use crate::{Error, Result};
@@ -130,7 +130,7 @@ fn visible(scene: &Scene, pose: &Pose, tracer: &Tracer) -> Option<Aabb> {
                 .surface(pose, instance, hit.triangle as usize, hit.u, hit.v)
                 .facing(direction);
             let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
-            if !moves && scene.materials[at.material].alpha != Alpha::Blend {
+            if !moves && !scene.materials[at.material].is_see_through() {
                 (0..3).for_each(|axis| felt[axis].push(at.position[axis]));
             }
             let n = at.geometric_normal;

@@ -4,10 +4,11 @@
 //! triangle of each pixel ([`Visibility`]); [`GBuffer::resolve`] makes everything else from that and
 //! from the pixel's ray. So a GPU and a CPU picture can differ in nothing but which triangle they
 //! saw. Culling follows glTF: the back of a triangle is drawn if its material is double-sided, with
-//! normals turned to the viewer. Surfaces with [`Alpha::Blend`] are not drawn.
+//! normals turned to the viewer. Surfaces that are seen through
+//! ([`crate::scene::Material::is_see_through`]) are not drawn.
 
 use super::view::View;
-use crate::scene::{Alpha, Mesh, Pose, Scene};
+use crate::scene::{Mesh, Pose, Scene};
 use crate::trace::{Ray, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -48,10 +49,12 @@ pub struct Fragment {
     pub lookup_position: Vec3,
     /// Unit, mesh space of the lookup pose, with the normal map; that of the seen side.
     pub lookup_normal: Vec3,
-    /// Linear.
+    /// Linear. Black where the surface is unlit.
     pub base_color: Vec3,
-    /// Linear radiance.
+    /// Linear radiance; the colour of an unlit surface.
     pub emissive: Vec3,
+    /// No light is reflected.
+    pub unlit: bool,
     /// Perceptual, 0 to 1.
     pub roughness: f32,
     pub metallic: f32,
@@ -70,6 +73,7 @@ impl Fragment {
         lookup_normal: Vec3::ZERO,
         base_color: Vec3::ZERO,
         emissive: Vec3::ZERO,
+        unlit: false,
         roughness: 1.0,
         metallic: 0.0,
     };
@@ -159,6 +163,11 @@ pub fn fragment(
         // Nothing deforms: mesh space is the same at every pose.
         Lookup::Posed(_) => (surface.mesh_position, surface.mesh_normal),
     };
+    let (base_color, emissive) = if surface.unlit {
+        (Vec3::ZERO, surface.base_color)
+    } else {
+        (surface.base_color, surface.emissive)
+    };
     Fragment {
         instance: seen.instance,
         triangle: seen.triangle,
@@ -168,8 +177,9 @@ pub fn fragment(
         normal: surface.normal * side,
         lookup_position,
         lookup_normal: lookup_normal * side,
-        base_color: surface.base_color,
-        emissive: surface.emissive,
+        base_color,
+        emissive,
+        unlit: surface.unlit,
         roughness: surface.roughness,
         metallic: surface.metallic,
     }
@@ -267,7 +277,7 @@ fn is_drawn(
     direction: Vec3,
 ) -> bool {
     let material = &scene.materials[mesh.materials[triangle as usize] as usize];
-    if material.alpha == Alpha::Blend {
+    if material.is_see_through() {
         return false;
     }
     if material.double_sided {

@@ -109,7 +109,7 @@ pub(super) struct Pixel {
 
 /// No volume lights it. SHARED with `light.wgsl`.
 pub(super) const NO_VOLUME: u32 = u32::MAX;
-/// There is no surface. SHARED.
+/// There is no surface that reflects light. SHARED.
 pub(super) const SKY: u32 = u32::MAX - 1;
 
 /// A source of indirect light is complete and of this picture.
@@ -133,7 +133,7 @@ pub(super) fn pixels(gbuffer: &GBuffer, source: &Source) -> Vec<Pixel> {
     };
     let pixel = |f: &Fragment| Pixel {
         position: f.position.to_array(),
-        volume: if f.instance == NONE {
+        volume: if f.instance == NONE || f.unlit {
             SKY
         } else {
             volume_at(volumes, f.position).map_or(NO_VOLUME, |v| v as u32)

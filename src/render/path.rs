@@ -219,7 +219,7 @@ impl<'a> Pixel<'a> {
             .first(camera.eye() + direction * near, direction, true);
         match seen {
             Some(vertex) => {
-                let direct = vertex.emitted + self.tracer.direct(&vertex);
+                let direct = vertex.emitted + vertex.unlit + self.tracer.direct(&vertex);
                 (Some(vertex), direct)
             }
             None => (None, self.tracer.sky().radiance(direction)),

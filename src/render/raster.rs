@@ -363,9 +363,11 @@ fn materials(scene: &Scene) -> Result<(Vec<GpuMaterial>, Vec<u8>)> {
             first_texel: NONE,
             ..GpuMaterial::zeroed()
         };
+        if material.is_see_through() {
+            out.flags |= BLENDED;
+        }
         match material.alpha {
-            Alpha::Opaque => {}
-            Alpha::Blend => out.flags |= BLENDED,
+            Alpha::Opaque | Alpha::Blend => {}
             Alpha::Mask { cutoff } => {
                 out.flags |= MASKED;
                 out.cutoff = cutoff;

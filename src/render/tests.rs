@@ -8,7 +8,7 @@ use crate::scene::{
     Alpha, CameraPose, Deformed, Instance, Material, Mesh, Node, Pose, Scene, Texture, TextureRef,
     Wrap, camera,
 };
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Quat, Vec2, Vec3};
 
 const SIZE: (u32, u32) = (160, 90);
 
@@ -70,10 +70,10 @@ fn open_box(material: u32) -> Mesh {
 
 /// Floor, boxes (plain, mirrored, squeezed), a mask, a pane of glass and a deformed sheet.
 pub(super) fn scene() -> Scene {
-    let material = |alpha, double_sided, texture: Option<usize>| Material {
+    let material = |alpha, double_sided, base_color_texture| Material {
         alpha,
         double_sided,
-        base_color_texture: texture.map(TextureRef::from),
+        base_color_texture,
         ..Material::default()
     };
     let checker = Texture {
@@ -109,13 +109,23 @@ pub(super) fn scene() -> Scene {
         (3, place(Vec3::splat(1.5), 0.1, Vec3::new(0.0, 1.0, 1.6))),
         (4, place(Vec3::splat(0.9), 0.5, Vec3::new(2.2, 1.0, 0.8))),
     ];
+    // The mask is read by a second set of coordinates, turned, and fades by its vertices.
+    let mut lattice = quad(2);
+    let set = lattice.uvs[0].iter().map(|uv| *uv * 0.7).collect();
+    lattice.uvs.push(set);
+    lattice.colors = [1.0, 0.2, 0.3, 0.2].map(|a| Vec3::ONE.extend(a)).to_vec();
+    let turned = TextureRef {
+        texture: 0,
+        set: 1,
+        transform: Affine2::from_angle(0.4),
+    };
     let mut scene = Scene {
         name: "test".into(),
-        meshes: vec![quad(0), open_box(1), quad(2), quad(3), quad(0)],
+        meshes: vec![quad(0), open_box(1), lattice, quad(3), quad(0)],
         materials: vec![
             material(Alpha::Opaque, true, None),
             material(Alpha::Opaque, false, None),
-            material(Alpha::Mask { cutoff: 0.5 }, true, Some(0)),
+            material(Alpha::Mask { cutoff: 0.5 }, true, Some(turned)),
             material(Alpha::Blend, true, None),
         ],
         textures: vec![checker],

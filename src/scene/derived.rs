@@ -1,7 +1,7 @@
 //! What follows from a scene's data and is worth computing once: which nodes can move, how each
 //! skin's joints hang below its frame, which meshes need alpha tests.
 
-use super::{Alpha, ChannelValues, Scene};
+use super::{ChannelValues, Material, Scene};
 use std::sync::OnceLock;
 
 /// Filled on first use. A clone starts empty, so that a changed clone is evaluated afresh.
@@ -114,7 +114,7 @@ fn derive(scene: &Scene) -> Derived {
                 scene
                     .materials
                     .get(*m as usize)
-                    .is_some_and(|m| m.alpha != Alpha::Opaque)
+                    .is_some_and(Material::has_holes)
             })
         })
         .collect();

@@ -2,7 +2,7 @@
 //!
 //! The falloffs are those of KHR_lights_punctual, for all that shades: pictures, shadows, paths.
 
-use super::{LightKind, LightPose};
+use super::{Alpha, Instance, LightKind, LightPose, Scene};
 use glam::Vec3;
 
 /// The light of one punctual light at a place, before anything shadows it.
@@ -16,7 +16,10 @@ pub struct LightRay {
     pub falloff: f32,
 }
 
-/// Squared distance below which light grows no more: nothing is nearer than 1 cm to a lamp.
+/// Metres below which light grows no more: nothing is nearer than 1 cm to a lamp, and what is casts
+/// no shadow, as in a shadow map. So a lamp in the plane of a ceiling is not hidden by rounding.
+pub const NEAREST: f32 = 0.01;
+
 const NEAREST_SQUARED: f32 = 1e-4;
 
 impl LightPose {
@@ -45,6 +48,20 @@ impl LightPose {
             distance,
             falloff: attenuation * cone,
         }
+    }
+}
+
+impl Scene {
+    /// Whether anything in the scene sends light to other surfaces: a punctual light with an
+    /// intensity, or an emissive surface.
+    pub fn has_light(&self) -> bool {
+        let shines = |m: &u32| {
+            let material = self.materials.get(*m as usize);
+            material.is_some_and(|m| m.emissive.max_element() > 0.0 && m.alpha != Alpha::Blend)
+        };
+        let drawn = |i: &Instance| self.meshes[i.mesh].materials.iter().any(shines);
+        self.lights.iter().any(|l| l.intensity.max_element() > 0.0)
+            || self.instances.iter().any(drawn)
     }
 }
 

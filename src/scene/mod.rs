@@ -15,6 +15,7 @@ mod hall;
 pub mod light;
 mod normals;
 mod pose;
+mod specular;
 pub mod surface;
 pub mod texture;
 
@@ -91,8 +92,18 @@ pub enum Alpha {
     Opaque,
     /// Texels with alpha below the cutoff are holes.
     Mask { cutoff: f32 },
-    /// Blended: glass and the like. Holds no points and blocks no occlusion ray.
+    /// Blended: glass and the like. Holds no points and stops no ray.
     Blend,
+}
+
+/// Factors of `KHR_materials_pbrSpecularGlossiness`, whose diffuse colour is the base colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularGlossiness {
+    /// Linear.
+    pub specular: Vec3,
+    pub glossiness: f32,
+    /// sRGB specular colour, glossiness in alpha.
+    pub texture: Option<TextureRef>,
 }
 
 /// Where a material reads a texture.
@@ -136,8 +147,19 @@ pub struct Material {
     pub metallic: f32,
     /// Linear: roughness in green, metallic in blue.
     pub metallic_roughness_texture: Option<TextureRef>,
+    /// What metallic and roughness are made from where the material has it.
+    pub specular_glossiness: Option<SpecularGlossiness>,
     pub alpha: Alpha,
     pub double_sided: bool,
+    /// The base colour is shown as it is, and no other surface is lit by it.
+    pub unlit: bool,
+    /// Share of light that passes straight through, times the base colour
+    /// (`KHR_materials_transmission` of a thin wall).
+    pub transmission: f32,
+    /// Linear, in red.
+    pub transmission_texture: Option<TextureRef>,
+    /// Transmits at least half: not drawn, holds no points and casts no occlusion, like BLEND.
+    pub window: bool,
 }
 
 impl Material {
@@ -148,9 +170,16 @@ impl Material {
             self.normal_texture,
             self.emissive_texture,
             self.metallic_roughness_texture,
+            self.specular_glossiness.and_then(|s| s.texture),
+            self.transmission_texture,
         ]
         .into_iter()
         .flatten()
+    }
+
+    /// Whether cameras and occlusion rays pass it everywhere: BLEND and windows.
+    pub fn is_see_through(&self) -> bool {
+        self.window || self.alpha == Alpha::Blend
     }
 }
 
@@ -167,8 +196,13 @@ impl Default for Material {
             roughness: 1.0,
             metallic: 1.0,
             metallic_roughness_texture: None,
+            specular_glossiness: None,
             alpha: Alpha::Opaque,
             double_sided: false,
+            unlit: false,
+            transmission: 0.0,
+            transmission_texture: None,
+            window: false,
         }
     }
 }

@@ -2,8 +2,8 @@
 //! CPU G-buffer get positions, normals and colours from.
 
 use super::pose::normal_matrix;
-use super::{Material, Mesh, Pose, Scene, TextureRef};
-use glam::{Affine3A, Vec3, Vec3A};
+use super::{Material, Mesh, Pose, Scene, TextureRef, specular};
+use glam::{Affine3A, Vec3, Vec3A, Vec4};
 
 /// A shading normal is kept at least this cosine above the geometric surface, so that a normal map
 /// cannot turn a point's hemisphere into its own triangle.
@@ -33,6 +33,10 @@ pub struct Surface {
     pub emissive: Vec3,
     pub roughness: f32,
     pub metallic: f32,
+    /// Share of light that passes straight through, times the base colour.
+    pub transmission: f32,
+    /// Shown in its base colour whatever the light.
+    pub unlit: bool,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
@@ -180,6 +184,8 @@ impl Scene {
             emissive: Vec3::ZERO,
             roughness: 1.0,
             metallic: 0.0,
+            transmission: 0.0,
+            unlit: false,
             material: material_index,
         };
         if let Some(material) = material {
@@ -190,16 +196,26 @@ impl Scene {
             if let Some(color) = mesh.color(triangle, u, v) {
                 surface.base_color *= color.truncate();
             }
-            surface.emissive = material.emissive;
-            if let Some((texture, uv)) = read(material.emissive_texture) {
-                surface.emissive *= texture.sample_srgb(uv).truncate();
-            }
+            surface.emissive = self.emission(placed.mesh, triangle, u, v);
+            surface.unlit = material.unlit;
             surface.roughness = material.roughness;
             surface.metallic = material.metallic;
             if let Some((texture, uv)) = read(material.metallic_roughness_texture) {
                 let texel = texture.sample_linear(uv);
                 surface.roughness *= texel.y;
                 surface.metallic *= texel.z;
+            }
+            if let Some(factors) = &material.specular_glossiness {
+                let texel = read(factors.texture).map(|(texture, uv)| texture.sample_srgb(uv));
+                let texel = texel.unwrap_or(Vec4::ONE);
+                let specular = factors.specular * texel.truncate();
+                let (base, metallic) = specular::metallic(surface.base_color, specular);
+                (surface.base_color, surface.metallic) = (base, metallic);
+                surface.roughness = 1.0 - factors.glossiness * texel.w;
+            }
+            if material.transmission > 0.0 {
+                let dielectric = 1.0 - surface.metallic.clamp(0.0, 1.0);
+                surface.transmission = dielectric * self.transmission(placed.mesh, triangle, u, v);
             }
         }
         surface

@@ -4,7 +4,7 @@
 //! texel, so that a ray and a rasteriser agree on what is a hole without filtering it.
 
 use super::{Alpha, Material, Mesh, Scene, Texture, TextureRef, Wrap};
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use std::sync::LazyLock;
 
 /// Linear value of each 8-bit sRGB code (IEC 61966-2-1).
@@ -123,14 +123,56 @@ impl Mesh {
 impl Material {
     /// Whether a ray or a point on this material must ask [`Scene::alpha_is_hole`].
     pub fn has_holes(&self) -> bool {
-        self.alpha != Alpha::Opaque
+        self.window || self.alpha != Alpha::Opaque
     }
 }
 
 impl Scene {
-    /// Whether a ray passes through the triangle at barycentric coordinates `u`, `v` (weights of
-    /// its second and third corner): masked texels below the cutoff, and everything blended.
+    /// Linear radiance of a triangle at barycentric `u`, `v`.
+    pub fn emission(&self, mesh: usize, triangle: usize, u: f32, v: f32) -> Vec3 {
+        let mesh = &self.meshes[mesh];
+        let material = mesh.materials.get(triangle).map(|m| *m as usize);
+        let Some(material) = material.and_then(|m| self.materials.get(m)) else {
+            return Vec3::ZERO;
+        };
+        let texel = material
+            .emissive_texture
+            .filter(|_| material.emissive != Vec3::ZERO)
+            .and_then(|texture| {
+                let uv = mesh.uv(&texture, triangle, u, v)?;
+                Some(self.textures[texture.texture].sample_srgb(uv).truncate())
+            });
+        material.emissive * texel.unwrap_or(Vec3::ONE)
+    }
+
+    /// Share of light that passes a triangle at barycentric `u`, `v` where it is no metal.
+    pub fn transmission(&self, mesh: usize, triangle: usize, u: f32, v: f32) -> f32 {
+        let mesh = &self.meshes[mesh];
+        let material = mesh.materials.get(triangle).map(|m| *m as usize);
+        let Some(material) = material.and_then(|m| self.materials.get(m)) else {
+            return 0.0;
+        };
+        let texel = material.transmission_texture.and_then(|texture| {
+            let uv = mesh.uv(&texture, triangle, u, v)?;
+            Some(self.textures[texture.texture].sample_linear(uv).x)
+        });
+        material.transmission * texel.unwrap_or(1.0)
+    }
+
+    /// Whether a camera or an occlusion ray passes through the triangle at barycentric coordinates
+    /// `u`, `v` (weights of its second and third corner): masked texels below the cutoff, everything
+    /// blended, and windows.
     pub fn alpha_is_hole(&self, mesh: usize, triangle: usize, u: f32, v: f32) -> bool {
+        let material = self.meshes[mesh].materials.get(triangle);
+        material
+            .and_then(|m| self.materials.get(*m as usize))
+            .is_some_and(|m| m.window)
+            || self.mask_is_hole(mesh, triangle, u, v)
+    }
+
+    /// [`Scene::alpha_is_hole`] by alpha alone: windows stop a ray that asks what light they let
+    /// through.
+    pub fn mask_is_hole(&self, mesh: usize, triangle: usize, u: f32, v: f32) -> bool {
         let mesh = &self.meshes[mesh];
         let Some(material) = mesh
             .materials

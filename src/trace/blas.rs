@@ -38,18 +38,16 @@ impl Blas {
         let mut solid: Vec<(u32, bool)> = Vec::with_capacity(mesh.triangles.len());
         let mut boxes = Vec::with_capacity(mesh.triangles.len());
         for (index, triangle) in mesh.triangles.iter().enumerate() {
-            let alpha = mesh
-                .materials
-                .get(index)
-                .and_then(|&m| materials.get(m as usize))
-                .map_or(Alpha::Opaque, |m| m.alpha);
+            let material = mesh.materials.get(index);
+            let material = material.and_then(|&m| materials.get(m as usize));
             let Some(corners) = corners(triangle, positions) else {
                 continue;
             };
-            if alpha == Alpha::Blend || !corners.iter().all(|c| c.is_finite()) {
+            let blended = material.is_some_and(|m| m.alpha == Alpha::Blend);
+            if blended || !corners.iter().all(|c| c.is_finite()) {
                 continue;
             }
-            solid.push((index as u32, matches!(alpha, Alpha::Mask { .. })));
+            solid.push((index as u32, material.is_some_and(Material::has_holes)));
             boxes.push(Aabb {
                 min: corners[0].min(corners[1]).min(corners[2]),
                 max: corners[0].max(corners[1]).max(corners[2]),

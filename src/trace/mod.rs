@@ -15,8 +15,9 @@
 //! - [`path`] follows light along whole paths.
 //!
 //! Triangles of MASK materials let rays through where the texture has a hole
-//! ([`Scene::alpha_is_hole`]); those of
-//! BLEND materials stop nothing. Triangles have two sides.
+//! ([`Scene::alpha_is_hole`]); those of BLEND materials stop nothing. Windows
+//! ([`crate::scene::Material::window`]) stop rays of light alone, which ask what passes. Triangles
+//! have two sides.
 
 mod aabb;
 mod blas;
@@ -280,22 +281,38 @@ impl<'s> Tracer<'s> {
             return false;
         };
         let ray = placed.ray(world);
-        self.blases[placed.blas as usize]
-            .occluded(with, &ray, t_max, |hit| self.is_opaque(instance, hit))
+        self.blases[placed.blas as usize].occluded(with, &ray, t_max, |hit| {
+            self.is_opaque(instance, hit, false)
+        })
     }
 
     /// The nearest opaque intersection at `0 < t <= t_max`; of several at the same `t` the one with
     /// the lowest instance, then the lowest triangle.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.closest_with(ray, &AllSides)
+        self.closest_with(ray, &AllSides { windows: false })
+    }
+
+    /// [`Tracer::closest`], windows included.
+    pub fn closest_or_window(&self, ray: &Ray) -> Option<Hit> {
+        self.closest_with(ray, &AllSides { windows: true })
     }
 
     /// [`Tracer::closest`] of a ray that passes the backs of single-sided materials, as a
     /// rasteriser does that culls them; and the distance of the nearest back that it passed (also
     /// of one that lies behind the hit, so compare), infinite if there was none.
     pub fn closest_front(&self, ray: &Ray) -> (Option<Hit>, f32) {
+        self.front(ray, false)
+    }
+
+    /// [`Tracer::closest_front`], windows included.
+    pub fn closest_front_or_window(&self, ray: &Ray) -> (Option<Hit>, f32) {
+        self.front(ray, true)
+    }
+
+    fn front(&self, ray: &Ray, windows: bool) -> (Option<Hit>, f32) {
         let fronts = FrontSides {
             scene: self.scene,
+            windows,
             nearest_back: Cell::new(f32::INFINITY),
         };
         let hit = self.closest_with(ray, &fronts);
@@ -331,7 +348,8 @@ impl<'s> Tracer<'s> {
             };
             let ray = placed.ray(&world);
             let opaque = |hit: &TriangleHit| {
-                (!hit.masked || self.is_opaque(instance, hit)) && sides.stop(instance, hit)
+                (!hit.masked || self.is_opaque(instance, hit, sides.windows()))
+                    && sides.stop(instance, hit)
             };
             let blas = &self.blases[placed.blas as usize];
             if let Some(hit) = blas.closest(with, &ray, t_max, opaque, &mut inner) {
@@ -375,11 +393,14 @@ impl<'s> Tracer<'s> {
     }
 
     #[cold]
-    fn is_opaque(&self, instance: u32, hit: &TriangleHit) -> bool {
+    fn is_opaque(&self, instance: u32, hit: &TriangleHit, windows: bool) -> bool {
         let mesh = self.scene.instances[instance as usize].mesh;
-        !self
-            .scene
-            .alpha_is_hole(mesh, hit.triangle as usize, hit.u, hit.v)
+        let (triangle, u, v) = (hit.triangle as usize, hit.u, hit.v);
+        if windows {
+            !self.scene.mask_is_hole(mesh, triangle, u, v)
+        } else {
+            !self.scene.alpha_is_hole(mesh, triangle, u, v)
+        }
     }
 
     /// The instance's box in world space, a rounding error larger than it need be; empty for an
@@ -408,12 +429,21 @@ impl<'s> Tracer<'s> {
 
 /// Which sides of opaque triangles stop a ray.
 trait Sides {
+    /// Whether windows do.
+    fn windows(&self) -> bool;
     fn stop(&self, instance: u32, hit: &TriangleHit) -> bool;
 }
 
-struct AllSides;
+struct AllSides {
+    windows: bool,
+}
 
 impl Sides for AllSides {
+    #[inline(always)]
+    fn windows(&self) -> bool {
+        self.windows
+    }
+
     #[inline(always)]
     fn stop(&self, _: u32, _: &TriangleHit) -> bool {
         true
@@ -423,10 +453,16 @@ impl Sides for AllSides {
 /// Fronts, and the backs of double-sided materials.
 struct FrontSides<'s> {
     scene: &'s Scene,
+    windows: bool,
     nearest_back: Cell<f32>,
 }
 
 impl Sides for FrontSides<'_> {
+    #[inline(always)]
+    fn windows(&self) -> bool {
+        self.windows
+    }
+
     #[inline(always)]
     fn stop(&self, instance: u32, hit: &TriangleHit) -> bool {
         if !hit.back

@@ -172,7 +172,7 @@ impl Tracer<'_> {
                     v,
                     back,
                 };
-                if (!hit.masked || self.is_opaque(i as u32, &hit))
+                if (!hit.masked || self.is_opaque(i as u32, &hit, false))
                     && best.is_none_or(|b| found.precedes(&b))
                 {
                     best = Some(found);

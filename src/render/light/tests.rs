@@ -342,3 +342,27 @@ fn direct_light_is_the_path_tracers() {
     println!("{off} of {lit} lit pixels differ");
     assert!(lit > 2000 && off * 100 < 8 * lit, "{off} of {lit}");
 }
+
+#[test]
+fn unlit_surfaces_are_shown_as_they_are() {
+    let (mut scene, pose) = lamps();
+    scene.materials[0].unlit = true;
+    scene.materials[0].base_color = glam::Vec4::new(0.3, 0.2, 0.1, 1.0);
+    for backend in [Backend::Cpu, Backend::Auto] {
+        let mut renderer = Renderer::new(&scene, backend).unwrap();
+        let gbuffer = renderer
+            .gbuffer(&pose, Lookup::Rest, &eye(), 48, 27)
+            .unwrap();
+        let sky = Sky::default();
+        let lit = renderer.lit(&gbuffer, &pose, &eye(), &sky, &Source::None, 64);
+        let radiance = lit.unwrap().0.radiance();
+        let mut shown = 0;
+        for (fragment, light) in gbuffer.fragments.iter().zip(radiance) {
+            if fragment.unlit {
+                assert_eq!(light, Vec3::new(0.3, 0.2, 0.1));
+                shown += 1;
+            }
+        }
+        assert!(shown > 50, "{shown}");
+    }
+}

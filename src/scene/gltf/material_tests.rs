@@ -1,7 +1,7 @@
 //! Materials of files built here: where textures are read, vertex colours, extensions.
 
 use super::tests::{Builder, F32, ONE_NODE, SQUARE, U8, U16, scene};
-use crate::scene::{Scene, Surface};
+use crate::scene::{Alpha, Scene, Surface};
 use glam::{Vec2, Vec3};
 
 /// A unit square in the XY plane, two triangles, with further attributes, images and materials.
@@ -186,4 +186,105 @@ fn vertex_colours_of_all_types_multiply_colour_and_mask() {
         .collect();
     sheet.attribute("COLOR_0", &bytes, U16, "VEC4", r#","normalized":true"#);
     check(&sheet, true, 1e-4);
+}
+
+const HALF: [[u8; 4]; 2] = [[255, 255, 255, 255], [255, 255, 255, 100]];
+
+#[test]
+fn blended_surfaces_of_alpha_1_are_opaque() {
+    let read = |sheet: &Sheet, factor: f32, more: &str| {
+        let scene = sheet.read(&format!(
+            r#"{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,{factor}]{more}}}}}"#
+        ));
+        scene.materials[0].alpha
+    };
+    let plain = Sheet::new();
+    assert_eq!(read(&plain, 1.0, ""), Alpha::Opaque);
+    assert_eq!(read(&plain, 0.9, ""), Alpha::Blend);
+    let mut textured = Sheet::new();
+    textured.floats("TEXCOORD_0", &ALONG_X, "VEC2");
+    let solid = textured.image(&[[9, 9, 9, 255]]);
+    let half = textured.image(&HALF);
+    let by = |i: usize| format!(r#","baseColorTexture":{{"index":{i}}}"#);
+    assert_eq!(read(&textured, 1.0, &by(solid)), Alpha::Opaque);
+    assert_eq!(read(&textured, 0.5, &by(half)), Alpha::Blend);
+    assert_eq!(
+        read(&textured, 1.0, &by(half)),
+        Alpha::Mask { cutoff: 0.99 }
+    );
+    let mut faded = Sheet::new();
+    let mut colours = [1.0f32; 16];
+    faded.floats("COLOR_0", &colours, "VEC4");
+    assert_eq!(read(&faded, 1.0, ""), Alpha::Opaque);
+    let mut faded = Sheet::new();
+    colours[3] = 0.2;
+    faded.floats("COLOR_0", &colours, "VEC4");
+    assert_eq!(read(&faded, 1.0, ""), Alpha::Mask { cutoff: 0.99 });
+}
+
+#[test]
+fn transmitting_triangles_are_windows() {
+    let mut sheet = Sheet::new();
+    sheet.floats("TEXCOORD_0", &ALONG_X, "VEC2");
+    let left = sheet.image(&[[255, 0, 0, 255], [255, 0, 0, 255], [0; 4], [0; 4]]);
+    let read = |more: &str| {
+        sheet.read(&format!(
+            r#"{{"pbrMetallicRoughness":{{"metallicFactor":0}},"extensions":{{"KHR_materials_transmission":{{{more}}}}}}}"#
+        ))
+    };
+    for (factor, window) in [(1.0, true), (0.6, true), (0.4, false), (0.0, false)] {
+        let scene = read(&format!(r#""transmissionFactor":{factor}"#));
+        assert_eq!(scene.materials[0].window, window);
+        assert_eq!(scene.alpha_is_hole(0, 0, 0.3, 0.3), window);
+        assert_eq!(at(&scene, 0.5, 0.2).transmission, factor as f32);
+    }
+    // By texture: the triangle on the right is opaque on the whole, the left one is a window.
+    let scene = read(&format!(
+        r#""transmissionFactor":1,"transmissionTexture":{{"index":{left}}}"#
+    ));
+    assert!(at(&scene, 0.25, 0.5).transmission > 0.9);
+    assert!(at(&scene, 0.75, 0.5).transmission < 0.1);
+    let holes = [0, 1].map(|t| scene.alpha_is_hole(0, t, 0.3, 0.3));
+    assert_eq!(holes, [false, true]);
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+}
+
+#[test]
+fn unlit_materials_keep_their_base_colour_alone() {
+    let sheet = Sheet::new();
+    let scene = sheet.read(
+        r#"{"emissiveFactor":[1,1,1],"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1]},"extensions":{"KHR_materials_unlit":{}}}"#,
+    );
+    let here = at(&scene, 0.5, 0.2);
+    assert!(here.unlit && here.emissive == Vec3::ZERO);
+    assert_eq!(here.base_color, Vec3::new(0.5, 0.25, 0.125));
+    assert!(!scene.has_light());
+}
+
+#[test]
+fn specular_glossiness_becomes_metallic_roughness() {
+    let mut sheet = Sheet::new();
+    sheet.floats("TEXCOORD_0", &ALONG_X, "VEC2");
+    // Gold on the left, black gloss on the right.
+    let shine = sheet.image(&[[255, 226, 155, 255], [0, 0, 0, 51]]);
+    let diffuse = sheet.image(&[[0, 0, 0, 255], [255, 0, 0, 255]]);
+    let scene = sheet.read(&format!(
+        r#"{{"extensions":{{"KHR_materials_pbrSpecularGlossiness":{{"glossinessFactor":0.5,
+        "diffuseTexture":{{"index":{diffuse}}},"specularGlossinessTexture":{{"index":{shine}}}}}}}}}"#
+    ));
+    let gold = at(&scene, 0.25, 0.1);
+    assert!(gold.metallic > 0.99, "{gold:?}");
+    assert!(
+        gold.base_color
+            .abs_diff_eq(Vec3::new(1.0, 0.76, 0.33), 0.02),
+        "{gold:?}"
+    );
+    assert!((gold.roughness - 0.5).abs() < 0.01, "{gold:?}");
+    let red = at(&scene, 0.75, 0.1);
+    assert_eq!(red.metallic, 0.0);
+    assert!(
+        red.base_color.x > 0.99 && red.base_color.y < 0.01,
+        "{red:?}"
+    );
+    assert!((red.roughness - 0.9).abs() < 0.01, "{red:?}");
 }

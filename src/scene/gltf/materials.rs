@@ -1,10 +1,7 @@
 //! Materials: metallic-roughness factors and textures, and where each texture is read.
-//!
-//! Emissive textures enter by their mean.
 
 use super::{Document, Read, clean_name, finite, images};
-use crate::scene::texture::srgb_to_linear;
-use crate::scene::{Alpha, Material, Scene, Texture, TextureRef};
+use crate::scene::{Alpha, Material, Scene, SpecularGlossiness, TextureRef};
 use ::gltf::json;
 use glam::{Affine2, Mat2, Vec2, Vec3, Vec4};
 use json::extensions::texture::TextureTransform;
@@ -133,9 +130,9 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
         }
         if let Some(info) = &source.emissive_texture
             && material.emissive != Vec3::ZERO
-            && let Some(texture) = images::texture(document, info.index)?
         {
-            material.emissive *= mean(&texture, srgb_to_linear);
+            let what = format!("the emissive texture of material {name}");
+            material.emissive_texture = textures.of(scene, info, &what)?;
         }
         if let Some(strength) = source
             .extensions
@@ -152,6 +149,7 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
             Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
             Checked::Invalid => return Err(format!("material {name} has an unknown alpha mode")),
         };
+        read_extensions(source, &mut textures, scene, &mut material, &name)?;
         let cutoff = match material.alpha {
             Alpha::Mask { cutoff } => cutoff,
             _ => 0.0,
@@ -183,13 +181,72 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
     Ok(())
 }
 
-fn mean(texture: &Texture, decode: impl Fn(u8) -> f32) -> Vec3 {
-    let mut sum = [0.0f64; 3];
-    for texel in &texture.texels {
-        for (sum, value) in sum.iter_mut().zip(texel) {
-            *sum += f64::from(decode(*value));
+/// Transmission, unlit and specular-glossiness.
+fn read_extensions(
+    source: &json::Material,
+    textures: &mut Textures,
+    scene: &mut Scene,
+    material: &mut Material,
+    name: &str,
+) -> Read<()> {
+    let Some(extensions) = &source.extensions else {
+        return Ok(());
+    };
+    if let Some(transmission) = &extensions.transmission {
+        let factor = transmission.transmission_factor.0;
+        finite(&[factor], &format!("a transmission of material {name}"))?;
+        material.transmission = factor.clamp(0.0, 1.0);
+        if material.transmission > 0.0
+            && let Some(info) = &transmission.transmission_texture
+        {
+            let what = format!("the transmission texture of material {name}");
+            material.transmission_texture = textures.of(scene, info, &what)?;
+        }
+        if material.transmission > 0.0 && material.emissive != Vec3::ZERO {
+            material.transmission = 0.0;
+            let text = format!("material {name} shines, so its transmission is left out");
+            scene.warnings.push(text);
         }
     }
-    let count = texture.texels.len().max(1) as f64;
-    Vec3::from(sum.map(|s| (s / count) as f32))
+    if let Some(factors) = &extensions.pbr_specular_glossiness {
+        material.base_color = Vec4::from(factors.diffuse_factor.0);
+        material.base_color_texture = match &factors.diffuse_texture {
+            Some(info) => {
+                let what = format!("the diffuse texture of material {name}");
+                textures.of(scene, info, &what)?
+            }
+            None => None,
+        };
+        material.metallic_roughness_texture = None;
+        let texture = match &factors.specular_glossiness_texture {
+            Some(info) => {
+                let what = format!("the specular-glossiness texture of material {name}");
+                textures.of(scene, info, &what)?
+            }
+            None => None,
+        };
+        let [r, g, b] = factors.specular_factor.0;
+        let glossiness = factors.glossiness_factor.0;
+        finite(
+            &[r, g, b, glossiness],
+            &format!("a specular factor of material {name}"),
+        )?;
+        material.specular_glossiness = Some(SpecularGlossiness {
+            specular: Vec3::new(r, g, b),
+            glossiness,
+            texture,
+        });
+    }
+    if extensions.unlit.is_some() {
+        // The base colour is all that the extension leaves.
+        *material = Material {
+            base_color: material.base_color,
+            base_color_texture: material.base_color_texture,
+            alpha: material.alpha,
+            double_sided: material.double_sided,
+            unlit: true,
+            ..Material::default()
+        };
+    }
+    Ok(())
 }

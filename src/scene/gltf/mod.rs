@@ -17,6 +17,7 @@ mod nodes;
 mod skins;
 #[cfg(test)]
 mod tests;
+mod transparency;
 
 use super::Scene;
 use crate::{Error, Result};
@@ -36,10 +37,13 @@ const SHARED_ELEMENTS: usize = 1 << 20;
 
 /// Extensions a file may require. Others of `KHR_materials_*` only change looks that this crate
 /// does not model, and are accepted with a warning.
-const SUPPORTED_EXTENSIONS: [&str; 5] = [
+const SUPPORTED_EXTENSIONS: [&str; 8] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 ];
@@ -115,6 +119,7 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Read<Scene> {
     nodes::read(&document, &order, &mut scene)?;
     materials::read(&document, &mut scene)?;
     let meshes = meshes::read(&document, &order, &mut scene)?;
+    transparency::resolve(&mut scene);
     skins::read(&document, &order, &mut scene)?;
     nodes::place(&document, &order, &meshes, &mut scene)?;
     animations::read(&document, &order, &mut scene)?;

@@ -65,6 +65,14 @@ pub fn seen_normal(normal: Vec3, view: Vec3) -> Vec3 {
 }
 
 impl Bsdf {
+    /// Reflects nothing.
+    pub const BLACK: Bsdf = Bsdf {
+        diffuse: Vec3::ZERO,
+        f0: Vec3::ZERO,
+        f90: 0.0,
+        alpha: 1.0,
+    };
+
     pub fn new(base_color: Vec3, metallic: f32, roughness: f32) -> Bsdf {
         let metallic = metallic.clamp(0.0, 1.0);
         Bsdf {

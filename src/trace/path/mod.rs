@@ -18,6 +18,12 @@
 //! single-sided materials, as a rasteriser's camera does, and as probes do (DDISH-GI §5). Light
 //! never crosses the geometric surface: directions below it are dropped, wherever the shading
 //! normal leans.
+//!
+//! Transmission ([`crate::scene::Material::transmission`]) is that of a thin wall that is clear as far
+//! as it transmits: by chance, a path that meets it goes straight on, times the base colour, or
+//! scatters as off an opaque surface; shadow rays are weighted instead. What a clear window reflects is
+//! left out. A camera looks through a window as if it were not there ([`PathTracer::first`]), as
+//! a rasteriser does. Unlit surfaces stop light and send none; cameras alone see their colour.
 
 pub mod bsdf;
 pub mod emitters;
@@ -25,6 +31,7 @@ pub mod random;
 
 use super::offset::offset_origin;
 use super::{Hit, Ray, Tracer};
+use crate::scene::light::NEAREST;
 use crate::scene::{Pose, Scene};
 use bsdf::{Bsdf, Scattered, luminance, seen_normal};
 use emitters::Emitters;
@@ -36,6 +43,9 @@ const ROULETTE_AFTER: u32 = 3;
 
 /// Most that a path survives roulette with: none is followed for nothing.
 const MAX_SURVIVAL: f32 = 0.95;
+
+/// Most windows that a ray passes one after the other.
+const MAX_WINDOWS: u32 = 64;
 
 /// Radiance of what lies behind everything: a gradient from straight down to straight up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -103,6 +113,13 @@ pub struct Vertex {
     pub bsdf: Bsdf,
     /// Radiance that the surface itself sends to `view`.
     pub emitted: Vec3,
+    /// What a camera sees of an unlit surface; black for others.
+    pub unlit: Vec3,
+    /// Share of light that passes straight through, and its colour.
+    pub transmission: f32,
+    pub tint: Vec3,
+    /// Per square metre, with which the place is drawn as that of an emitter.
+    pub density: f32,
     /// Metres along the ray that found it.
     pub distance: f32,
     /// Where rays start that leave it.
@@ -115,6 +132,8 @@ pub struct PathTracer<'a> {
     pose: &'a Pose,
     tracer: &'a Tracer<'a>,
     emitters: Emitters,
+    /// Whether any material transmits light.
+    windows: bool,
     sky: Sky,
     coat: bool,
 }
@@ -128,6 +147,7 @@ impl<'a> PathTracer<'a> {
             pose,
             tracer,
             emitters: Emitters::new(scene, pose, tracer),
+            windows: scene.materials.iter().any(|m| m.transmission > 0.0),
             sky,
             coat: true,
         }
@@ -153,43 +173,131 @@ impl<'a> PathTracer<'a> {
         mut random: Random,
         paths: &Paths,
     ) -> Arrived {
-        let (vertex, back_face) = self.first(origin, direction, paths.cull_back_faces);
+        let cull = paths.cull_back_faces;
+        let (vertex, tint, back_face) = self.follow(origin, direction, cull, &mut random);
         let Some(vertex) = vertex else {
             return Arrived {
-                radiance: self.sky.radiance(direction),
+                radiance: tint * self.sky.radiance(direction),
                 distance: f32::INFINITY,
                 back_face,
             };
         };
         let scattered = self.scattered(&vertex, &mut random, paths.max_bounces, true);
         Arrived {
-            radiance: vertex.emitted + scattered,
+            radiance: tint * (vertex.emitted + scattered),
             distance: vertex.distance,
             back_face,
         }
     }
 
-    /// The first surface on a ray, and whether the back of a single-sided material was met up to
-    /// there. `cull` lets the ray pass such backs.
+    /// The first surface on a ray that does not let it through, by chance; what windows before it
+    /// make of its light; and whether the back of a single-sided material was met up to there.
+    fn follow(
+        &self,
+        mut origin: Vec3,
+        direction: Vec3,
+        cull: bool,
+        random: &mut Random,
+    ) -> (Option<Vertex>, Vec3, bool) {
+        let (mut tint, mut before, mut back_face) = (Vec3::ONE, 0.0, false);
+        for _ in 0..MAX_WINDOWS {
+            let ray = Ray {
+                origin,
+                direction,
+                t_max: f32::INFINITY,
+            };
+            let (hit, back) = self.hit(&ray, cull, true);
+            back_face |= back;
+            let Some(hit) = hit else {
+                return (None, tint, back_face);
+            };
+            let mut vertex = self.vertex(&hit, direction);
+            vertex.distance += before;
+            if vertex.transmission <= 0.0 || random.unit() >= vertex.transmission {
+                return (Some(vertex), tint, back_face);
+            }
+            tint *= vertex.tint;
+            before = vertex.distance;
+            origin = self.beyond(&vertex);
+        }
+        (None, Vec3::ZERO, back_face)
+    }
+
+    /// Where a ray goes on that passes a surface.
+    fn beyond(&self, vertex: &Vertex) -> Vec3 {
+        offset_origin(
+            vertex.position,
+            -vertex.geometric_normal,
+            self.tracer.reach(),
+        )
+    }
+
+    /// The share of light that comes along a ray to its origin from its end.
+    fn open(&self, ray: &Ray) -> Vec3 {
+        if !self.windows {
+            let occluded = self.tracer.occluded(ray);
+            return if occluded { Vec3::ZERO } else { Vec3::ONE };
+        }
+        let (mut ray, mut share) = (*ray, Vec3::ONE);
+        let end = ray.origin + ray.direction * ray.t_max;
+        for _ in 0..MAX_WINDOWS {
+            let Some(hit) = self.tracer.closest_or_window(&ray) else {
+                return share;
+            };
+            let vertex = self.vertex(&hit, ray.direction);
+            if vertex.transmission <= 0.0 {
+                return Vec3::ZERO;
+            }
+            share *= vertex.tint * vertex.transmission;
+            ray.origin = self.beyond(&vertex);
+            if ray.t_max.is_finite() {
+                // To the very same end, which may lie just before a surface.
+                let rest = end - ray.origin;
+                if rest.dot(ray.direction) <= 0.0 {
+                    return share;
+                }
+                (ray.direction, ray.t_max) = (rest, 1.0);
+            }
+        }
+        Vec3::ZERO
+    }
+
+    /// The first surface on a ray that is no window, and whether the back of a single-sided material
+    /// was met up to there: what a camera sees. `cull` lets the ray pass such backs.
     pub fn first(&self, origin: Vec3, direction: Vec3, cull: bool) -> (Option<Vertex>, bool) {
         let ray = Ray {
             origin,
             direction,
             t_max: f32::INFINITY,
         };
+        let (hit, back) = self.hit(&ray, cull, false);
+        (hit.map(|h| self.vertex(&h, direction)), back)
+    }
+
+    /// The nearest hit, and whether the back of a single-sided material was met up to there.
+    fn hit(&self, ray: &Ray, cull: bool, windows: bool) -> (Option<Hit>, bool) {
+        let tracer = self.tracer;
         if cull {
-            let (hit, nearest_back) = self.tracer.closest_front(&ray);
+            let (hit, nearest_back) = if windows {
+                tracer.closest_front_or_window(ray)
+            } else {
+                tracer.closest_front(ray)
+            };
             let end = hit.map_or(f32::INFINITY, |hit| hit.t);
-            return (hit.map(|h| self.vertex(&h, direction)), nearest_back < end);
+            return (hit, nearest_back < end);
         }
-        let hit = self.tracer.closest(&ray);
+        let hit = if windows {
+            tracer.closest_or_window(ray)
+        } else {
+            tracer.closest(ray)
+        };
         let back = hit.is_some_and(|h| {
             h.back
                 && !self
                     .scene
                     .is_double_sided(h.instance as usize, h.triangle as usize)
         });
-        (hit.map(|h| self.vertex(&h, direction)), back)
+        (hit, back)
     }
 
     /// The surface where a ray in `direction` hit.
@@ -201,14 +309,32 @@ impl<'a> PathTracer<'a> {
             .facing(direction);
         let dark = hit.back && !self.scene.is_double_sided(instance, triangle);
         let view = -direction;
-        let bsdf = Bsdf::new(surface.base_color, surface.metallic, surface.roughness);
+        let bsdf = if surface.unlit {
+            Bsdf::BLACK
+        } else {
+            Bsdf::new(surface.base_color, surface.metallic, surface.roughness)
+        };
+        let emitted = if dark { Vec3::ZERO } else { surface.emissive };
+        let density = if emitted == Vec3::ZERO {
+            0.0
+        } else {
+            self.emitters.density(hit)
+        };
         Vertex {
             position: surface.position,
             geometric_normal: surface.geometric_normal,
             normal: seen_normal(surface.normal, view),
             view,
             bsdf: if self.coat { bsdf } else { bsdf.without_coat() },
-            emitted: if dark { Vec3::ZERO } else { surface.emissive },
+            emitted,
+            unlit: if surface.unlit {
+                surface.base_color
+            } else {
+                Vec3::ZERO
+            },
+            transmission: surface.transmission,
+            tint: surface.base_color,
+            density,
             distance: hit.t,
             origin: offset_origin(
                 surface.position,
@@ -223,11 +349,10 @@ impl<'a> PathTracer<'a> {
         (0..self.pose.lights.len())
             .map(|light| {
                 let (light, ray) = self.unshadowed(vertex, light);
-                if light != Vec3::ZERO && !self.tracer.occluded(&ray) {
-                    light
-                } else {
-                    Vec3::ZERO
+                if light == Vec3::ZERO {
+                    return Vec3::ZERO;
                 }
+                light * self.open(&ray)
             })
             .sum()
     }
@@ -257,6 +382,9 @@ impl<'a> PathTracer<'a> {
                 break;
             };
             throughput *= next.weight;
+            if throughput == Vec3::ZERO {
+                break;
+            }
             if bounce >= ROULETTE_AFTER {
                 let survival = throughput.max_element().min(MAX_SURVIVAL);
                 if random.unit() >= survival {
@@ -264,20 +392,16 @@ impl<'a> PathTracer<'a> {
                 }
                 throughput /= survival;
             }
-            let hit = self.tracer.closest(&Ray {
-                origin: vertex.origin,
-                direction: next.direction,
-                t_max: f32::INFINITY,
-            });
+            let (hit, tint, _) = self.follow(vertex.origin, next.direction, false, random);
+            throughput *= tint;
             let Some(hit) = hit else {
                 light += throughput * self.sky.radiance(next.direction);
                 break;
             };
-            vertex = self.vertex(&hit, next.direction);
+            vertex = hit;
             if vertex.emitted != Vec3::ZERO {
                 let cosine = vertex.geometric_normal.dot(vertex.view);
-                let density = self.emitters.density(vertex.emitted);
-                let other = density * vertex.distance * vertex.distance / cosine;
+                let other = vertex.density * vertex.distance * vertex.distance / cosine;
                 light += throughput * vertex.emitted * heuristic(next.pdf, other);
             }
         }
@@ -325,7 +449,7 @@ impl<'a> PathTracer<'a> {
         let ray = Ray {
             origin: vertex.origin,
             direction: to.direction,
-            t_max: to.distance,
+            t_max: to.distance - NEAREST,
         };
         (arriving, ray)
     }
@@ -352,10 +476,8 @@ impl<'a> PathTracer<'a> {
             }
         }
         match chosen {
-            Some((arriving, weight, ray)) if !self.tracer.occluded(&ray) => {
-                arriving * (total / weight)
-            }
-            _ => Vec3::ZERO,
+            Some((arriving, weight, ray)) => arriving * self.open(&ray) * (total / weight),
+            None => Vec3::ZERO,
         }
     }
 
@@ -388,15 +510,15 @@ impl<'a> PathTracer<'a> {
         // To a point just before the emitter, which would else block itself.
         let target = offset_origin(source.position, side, self.tracer.reach());
         let way = target - vertex.origin;
-        let blocked = self.tracer.occluded(&Ray {
+        let open = self.open(&Ray {
             origin: vertex.origin,
             direction: way,
             t_max: 1.0,
         });
-        if blocked {
+        if open == Vec3::ZERO {
             return Vec3::ZERO;
         }
-        f * source.radiance * (heuristic(pdf, scatter_pdf) / pdf)
+        open * f * source.radiance * (heuristic(pdf, scatter_pdf) / pdf)
     }
 }
 
@@ -417,5 +539,7 @@ fn heuristic(a: f32, b: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
+#[cfg(test)]
+mod material_tests;
 #[cfg(test)]
 mod tests;

@@ -110,7 +110,7 @@ fn ball(radius: f32, rings: u32, inside: bool, material: impl Fn(Vec3) -> u32) -
     ball
 }
 
-fn material(albedo: f32, emissive: f32) -> Material {
+pub(super) fn material(albedo: f32, emissive: f32) -> Material {
     Material {
         base_color: Vec3::splat(albedo).extend(1.0),
         emissive: Vec3::splat(emissive),
@@ -120,7 +120,7 @@ fn material(albedo: f32, emissive: f32) -> Material {
 }
 
 /// Mean and standard error of what `draw` gives for samples 0..n.
-fn mean(n: u32, draw: impl Fn(u32) -> f32) -> (f64, f64) {
+pub(super) fn mean(n: u32, draw: impl Fn(u32) -> f32) -> (f64, f64) {
     let (mut sum, mut squares) = (0.0, 0.0);
     for i in 0..n {
         let x = f64::from(draw(i));
@@ -132,7 +132,7 @@ fn mean(n: u32, draw: impl Fn(u32) -> f32) -> (f64, f64) {
     (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
 }
 
-fn everywhere(random: &mut Random) -> Vec3 {
+pub(super) fn everywhere(random: &mut Random) -> Vec3 {
     let [u, v] = random.pair();
     let (z, phi) = (2.0 * u - 1.0, TAU * v);
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -345,7 +345,7 @@ fn densities_of_emitters_integrate_to_one() {
         };
         let cosine = hit.geometric_normal.dot(hit.view);
         assert!(hit.emitted != Vec3::ZERO, "both face the origin");
-        4.0 * PI * path.emitters.density(hit.emitted) * hit.distance * hit.distance / cosine
+        4.0 * PI * hit.density * hit.distance * hit.distance / cosine
     });
     assert!(
         (sum - 1.0).abs() < 4.0 * noise && noise < 0.02,
