@@ -140,3 +140,63 @@ fn a_reader_that_goes_away_is_no_error() {
         assert_eq!(output.status.code(), Some(0));
     }
 }
+
+/// A scene of one triangle without lights.
+const DARK: &str = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,
+"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+
+#[test]
+fn scenes_without_light_are_told() {
+    let folder = tempfile::tempdir().expect("folder");
+    let scene = path(folder.path(), "dark.gltf");
+    std::fs::write(&scene, DARK).expect("written");
+    let (stream, picture) = (
+        path(folder.path(), "a.dapple"),
+        path(folder.path(), "a.png"),
+    );
+    let encode = [
+        "encode",
+        &scene,
+        "--model",
+        "probes",
+        "--probes",
+        "2x2x2",
+        "--samples",
+        "8",
+        "--settle",
+        "0",
+        "--volume",
+        "0,0,-1,1,1,1",
+        "-o",
+        &stream,
+    ];
+    let render = [
+        "render",
+        "--scene",
+        &scene,
+        "--method",
+        "path",
+        "--samples",
+        "2",
+        "--size",
+        "8x8",
+        "-o",
+        &picture,
+    ];
+    for arguments in [&encode[..], &render[..]] {
+        let output = dapple(arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{stderr}");
+        assert!(stderr.contains("the scene has no light") && stderr.contains("--sky"));
+        let stdout = text(&output.stdout);
+        assert!(
+            !stdout.contains("no dB") && !stdout.contains("inf"),
+            "{stdout}"
+        );
+        let lit = [arguments, &["--sky", "1,1,1"]].concat();
+        assert!(!text(&dapple(&lit).stderr).contains("no light"));
+    }
+}

@@ -34,6 +34,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
     let job = args.encode.job(&scene, &args.scene.view)?;
+    if let Some(probes) = &job.probes {
+        job::warn_if_dark(&scene, &probes.sky);
+    }
     let io = |source| Error::Io {
         path: args.output.clone(),
         source,
@@ -101,16 +104,18 @@ fn summary(args: &Args, report: &Report) -> String {
         );
     }
     if let Some(probes) = &report.probes {
-        let figure = |value: Option<f64>| value.map_or("no".into(), |v| format!("{v:.1}"));
+        let irradiance = match probes.irradiance_psnr {
+            Some(psnr) => format!(" at {psnr:.1} dB of irradiance"),
+            None => String::new(),
+        };
         text += &format!(
             "{} probes, {} of them in the open; first frame {} bytes, visibility {}, then {:.2} bytes a \
-             probe and frame at {} dB of irradiance; {:.1} ms a frame\n",
+             probe and frame{irradiance}; {:.1} ms a frame\n",
             grouped(probes.probes as u64),
             grouped(probes.probes_present as u64),
             grouped(probes.bytes_first),
             grouped(probes.bytes_visibility),
             probes.bytes_per_probe_frame,
-            figure(probes.irradiance_psnr),
             probes.probe_update_ms,
         );
     }

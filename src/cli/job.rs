@@ -147,6 +147,17 @@ impl SceneArgs {
     }
 }
 
+/// Warns where nothing in a scene or its sky sends light, so that all light would be black.
+pub fn warn_if_dark(scene: &Scene, sky: &Sky) {
+    if !scene.has_light() && *sky == Sky::default() {
+        output::warn(&format!(
+            "{}: the scene has no light, so its indirect light is black; give --sky R,G,B, or add \
+             punctual lights or emissive materials to the scene",
+            scene.name
+        ));
+    }
+}
+
 /// [`Stream::start`] with a progress bar.
 ///
 /// # Errors

@@ -7,6 +7,7 @@ mod lobe;
 mod rates;
 
 use super::{Args, markdown};
+use crate::cli::job::warn_if_dark;
 use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::measure::chart::{Axis, Chart, Point, Series};
@@ -210,6 +211,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let camera = view.at(&pose);
     let (width, height) = args.scene.view.size;
     let request = args.encode.probes.request(args.encode.seed);
+    warn_if_dark(&scene, &request.sky);
     let tracer = Tracer::new(&scene, &pose);
     let paths = PathTracer::new(&scene, &pose, &tracer, request.sky);
 

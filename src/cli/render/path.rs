@@ -1,6 +1,7 @@
 //! `dapple render --method path` and `direct`: pictures by path tracing.
 
 use crate::cli::args::exposure;
+use crate::cli::job::warn_if_dark;
 use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::measure::metrics::psnr;
@@ -85,6 +86,7 @@ pub fn run(
 ) -> Result<ExitCode> {
     let (width, height) = args.view.size;
     let sky = own.sky();
+    warn_if_dark(scene, &sky);
     let options = Options {
         max_bounces: own.bounces,
         supersample: own.supersample,
@@ -125,10 +127,14 @@ pub fn run(
         };
         let noise = picture.noise(part, own.exposure);
         let paths = f64::from(picture.samples() - before) * f64::from(width) * f64::from(height);
+        let noise = if noise > 0.0 {
+            format!("noise {:.1} dB below white", psnr(noise * noise))
+        } else {
+            "no noise".to_owned()
+        };
         let note = format!(
-            "{} paths a pixel, noise {:.1} dB below white; {:.2} million paths a second",
+            "{} paths a pixel, {noise}; {:.2} million paths a second",
             picture.samples(),
-            psnr(noise * noise),
             paths / started.elapsed().as_secs_f64() / 1e6
         );
         (picture.light(part), note)
