@@ -319,6 +319,12 @@ impl<'s> Tracer<'s> {
         (hit, fronts.nearest_back.get())
     }
 
+    /// [`Tracer::closest`] among triangles that `keep` wants: of an instance, by number, met from
+    /// behind or not.
+    pub fn closest_of(&self, ray: &Ray, keep: impl Fn(u32, u32, bool) -> bool) -> Option<Hit> {
+        self.closest_with(ray, &Kept(keep))
+    }
+
     #[inline(always)]
     fn closest_with(&self, ray: &Ray, sides: &impl Sides) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
@@ -447,6 +453,20 @@ impl Sides for AllSides {
     #[inline(always)]
     fn stop(&self, _: u32, _: &TriangleHit) -> bool {
         true
+    }
+}
+
+struct Kept<F>(F);
+
+impl<F: Fn(u32, u32, bool) -> bool> Sides for Kept<F> {
+    #[inline(always)]
+    fn windows(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn stop(&self, instance: u32, hit: &TriangleHit) -> bool {
+        (self.0)(instance, hit.triangle, hit.back)
     }
 }
 

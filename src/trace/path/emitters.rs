@@ -8,8 +8,10 @@
 
 use super::bsdf::luminance;
 use crate::scene::{Alpha, Pose, Scene};
-use crate::trace::{Hit, Tracer};
+use crate::trace::offset::offset_origin;
+use crate::trace::{Hit, Ray, Tracer};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// Most parts that an edge of a textured triangle is cut into.
 const MAX_CUTS: usize = 16;
@@ -136,11 +138,40 @@ impl Emitters {
         self.triangles.is_empty()
     }
 
+    fn find(&self, instance: u32, triangle: u32) -> Option<&Triangle> {
+        let of_triangle = self.of_instance.get(instance as usize)?;
+        let number = of_triangle.get(triangle as usize)?;
+        self.triangles.get(*number as usize)
+    }
+
+    /// Whether a triangle shines to the side that is met.
+    pub fn shines(&self, instance: u32, triangle: u32, back: bool) -> bool {
+        let found = self.find(instance, triangle);
+        found.is_some_and(|t| !back || t.double_sided)
+    }
+
+    /// Whether another surface lies in the plane of an emitter and hides it from rays that come from
+    /// its front: a lamp in the plane of a ceiling. Some places of each emitter are tried.
+    pub fn any_hidden(&self, tracer: &Tracer) -> bool {
+        self.triangles.par_iter().any(|t| {
+            (0..4).any(|part| {
+                let (v, w) = place_in(2, part, 1.0 / 3.0, 1.0 / 3.0);
+                let position = t.corner + t.edges[0] * v + t.edges[1] * w;
+                let origin = offset_origin(position, t.normal, tracer.reach());
+                let ray = Ray {
+                    origin,
+                    direction: (position - origin) * 2.0,
+                    t_max: 1.0,
+                };
+                let hit = tracer.closest(&ray);
+                hit.is_some_and(|hit| self.find(hit.instance, hit.triangle).is_none())
+            })
+        })
+    }
+
     /// The density per square metre with which the place of a hit is drawn.
     pub fn density(&self, hit: &Hit) -> f32 {
-        let of_triangle = self.of_instance.get(hit.instance as usize);
-        let number = of_triangle.and_then(|t| t.get(hit.triangle as usize));
-        match number.and_then(|number| self.triangles.get(*number as usize)) {
+        match self.find(hit.instance, hit.triangle) {
             Some(t) => self.cell_density(t.first_cell + cell_at(t.cuts, hit.u, hit.v)),
             None => 0.0,
         }

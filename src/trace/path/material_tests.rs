@@ -275,3 +275,29 @@ fn lamps_in_the_plane_of_a_ceiling_are_not_hidden_by_it() {
         }
     }
 }
+
+#[test]
+fn emitters_in_the_plane_of_a_ceiling_are_not_hidden_by_it() {
+    for first in [true, false] {
+        let mut meshes = room(2.7, 0);
+        let lamp = quad(Vec3::new(0.1, 2.7, -0.3), Vec3::X * 0.7, Vec3::Z * 0.7, 1);
+        meshes.insert(if first { 0 } else { 6 }, lamp);
+        let scene = scene(meshes, vec![material(0.0, 0.0), material(0.0, 5.0)]);
+        let pose = scene.rest_pose();
+        let tracer = Tracer::new(&scene, &pose);
+        let path = PathTracer::new(&scene, &pose, &tracer, Sky::default());
+        assert_eq!(path.hidden_emitters, !first);
+        let paths = Paths {
+            max_bounces: 0,
+            ..Paths::default()
+        };
+        for i in 0..500 {
+            let mut random = Random::new(2, 0, i);
+            let [x, z] = random.pair();
+            let lamp = Vec3::new(-0.55 + 1.3 * x, 2.7, -0.95 + 1.3 * z);
+            let direction = lamp.normalize();
+            let arrived = path.radiance(Vec3::ZERO, direction, random, &paths);
+            assert_eq!(arrived.radiance.x, 5.0, "{lamp}");
+        }
+    }
+}

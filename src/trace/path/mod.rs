@@ -132,6 +132,8 @@ pub struct PathTracer<'a> {
     pose: &'a Pose,
     tracer: &'a Tracer<'a>,
     emitters: Emitters,
+    /// Whether an emitter lies in the plane of another surface.
+    hidden_emitters: bool,
     /// Whether any material transmits light.
     windows: bool,
     sky: Sky,
@@ -142,11 +144,13 @@ impl<'a> PathTracer<'a> {
     /// `tracer` stands at `pose`, and both are of `scene`. Lights are the pose's; a scene without
     /// any is dark unless it has emitters or a sky.
     pub fn new(scene: &'a Scene, pose: &'a Pose, tracer: &'a Tracer<'a>, sky: Sky) -> Self {
+        let emitters = Emitters::new(scene, pose, tracer);
         PathTracer {
             scene,
             pose,
             tracer,
-            emitters: Emitters::new(scene, pose, tracer),
+            hidden_emitters: emitters.any_hidden(tracer),
+            emitters,
             windows: scene.materials.iter().any(|m| m.transmission > 0.0),
             sky,
             coat: true,
@@ -212,6 +216,12 @@ impl<'a> PathTracer<'a> {
                 return (None, tint, back_face);
             };
             let mut vertex = self.vertex(&hit, direction);
+            if self.hidden_emitters
+                && vertex.emitted == Vec3::ZERO
+                && let Some(lamp) = self.emitter_in_plane(&vertex, direction)
+            {
+                vertex = lamp;
+            }
             vertex.distance += before;
             if vertex.transmission <= 0.0 || random.unit() >= vertex.transmission {
                 return (Some(vertex), tint, back_face);
@@ -221,6 +231,24 @@ impl<'a> PathTracer<'a> {
             origin = self.beyond(&vertex);
         }
         (None, Vec3::ZERO, back_face)
+    }
+
+    /// An emitter in the plane of the surface that a ray met, which rounding alone puts before or
+    /// behind it. Shadow rays take it for open, and so must the rays that they are weighted against.
+    fn emitter_in_plane(&self, vertex: &Vertex, direction: Vec3) -> Option<Vertex> {
+        let offset = vertex.origin - vertex.position;
+        let cosine = vertex.geometric_normal.dot(vertex.view).max(0.01);
+        let ray = Ray {
+            origin: vertex.origin,
+            direction,
+            t_max: 2.0 * offset.length() / cosine,
+        };
+        let hit = self
+            .tracer
+            .closest_of(&ray, |i, t, back| self.emitters.shines(i, t, back))?;
+        let mut lamp = self.vertex(&hit, direction);
+        lamp.distance = vertex.distance;
+        Some(lamp)
     }
 
     /// Where a ray goes on that passes a surface.
