@@ -380,6 +380,11 @@ impl Encoder {
         self.session.last.map(|(frame, _)| frame)
     }
 
+    /// Digest of the state of the last commit: what [`GroupStart::State`] names.
+    pub fn state_digest(&self) -> u64 {
+        self.session.digest(false)
+    }
+
     /// Appends a record, or nothing. `write` appends its payload; `read` is what a decoder does with
     /// it, which has the last word.
     fn record<T>(

@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::container::record_type;
 pub(crate) use crate::faults::Fault;
 use crate::faults::TABLE;
 
@@ -23,6 +24,11 @@ pub struct Error {
     /// Byte offset in the stream: of the preamble, the record header or the record payload at
     /// fault. For an encoder, the number of bytes written so far.
     pub offset: u64,
+    /// The number that the stream has in the place of one that is known: of a version, a profile, a
+    /// record type, a packing, a model, a coding, a lookup space or a group start.
+    pub found: Option<u64>,
+    /// The track whose declaration is at fault.
+    pub track: Option<u32>,
 }
 
 /// The layer of the format that a fault belongs to; the first digit of its number.
@@ -144,6 +150,8 @@ impl Limit {
 pub(crate) struct Failure {
     pub(crate) fault: Fault,
     kind: Kind,
+    found: Option<u64>,
+    track: Option<u32>,
 }
 
 impl From<Fault> for Failure {
@@ -168,20 +176,42 @@ impl From<Fault> for Failure {
             Fault::Failed | Fault::EncoderUse => Kind::Usage,
             _ => Kind::Malformed,
         };
-        Failure { fault, kind }
+        Failure {
+            fault,
+            kind,
+            found: None,
+            track: None,
+        }
     }
 }
 
 impl Failure {
     /// A claim beyond a limit.
     pub(crate) fn limit(fault: Fault, which: Limit, asked: u64, allowed: u64) -> Failure {
+        let kind = Kind::LimitExceeded {
+            which,
+            asked,
+            allowed,
+        };
         Failure {
-            fault,
-            kind: Kind::LimitExceeded {
-                which,
-                asked,
-                allowed,
-            },
+            kind,
+            ..Failure::from(fault)
+        }
+    }
+
+    /// A number that is none of those that are known.
+    pub(crate) fn found(fault: Fault, number: impl Into<u64>) -> Failure {
+        Failure {
+            found: Some(number.into()),
+            ..Failure::from(fault)
+        }
+    }
+
+    /// The same, of the declaration of a track.
+    pub(crate) fn of_track(self, id: u32) -> Failure {
+        Failure {
+            track: Some(id),
+            ..self
         }
     }
 
@@ -199,6 +229,8 @@ impl Failure {
             kind: self.kind,
             id,
             offset,
+            found: self.found,
+            track: self.track,
         }
     }
 }
@@ -228,6 +260,17 @@ impl fmt::Display for Error {
         )?;
         if let Kind::LimitExceeded { asked, allowed, .. } = self.kind {
             write!(f, " ({asked} asked for, {allowed} allowed)")?;
+        }
+        if let Some(found) = self.found {
+            match name {
+                "unknown-critical" | "critical-bit" => {
+                    write!(f, " (type {found}, {})", record_type::name(found as u16))?;
+                }
+                _ => write!(f, " ({} {found})", name.rsplit('-').next().unwrap_or(name))?,
+            }
+        }
+        if let Some(track) = self.track {
+            write!(f, " (track {track})")?;
         }
         Ok(())
     }

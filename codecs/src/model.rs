@@ -100,6 +100,16 @@ impl Kind {
 }
 
 impl Model {
+    /// Bytes of decoded state that count against [`crate::Limits::state_bytes`].
+    pub fn state_bytes(&self) -> u64 {
+        match self {
+            Model::Points(grid) => {
+                points::state_bytes(grid.bucket_count.into(), grid.cell_capacity.into())
+            }
+            Model::Probes(volume) => probes::state_bytes(volume),
+        }
+    }
+
     pub(crate) fn kind(&self) -> Kind {
         match self {
             Model::Points(_) => Kind::Points,

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
+use crate::error::{Failure, Fault};
 use crate::wire::{Reader, put_u32, put_u64};
 
 /// Ticks a second as a fraction.
@@ -81,7 +81,7 @@ impl TickRate {
 }
 
 impl GroupStart {
-    pub(crate) fn read(payload: &[u8]) -> Result<(u32, GroupStart), Fault> {
+    pub(crate) fn read(payload: &[u8]) -> Result<(u32, GroupStart), Failure> {
         let mut r = Reader::new(payload, Fault::PayloadSize);
         let id = r.u32()?;
         let start = r.u32()?;
@@ -89,9 +89,9 @@ impl GroupStart {
         r.end()?;
         match (start, digest) {
             (0, 0) => Ok((id, GroupStart::Keyframes)),
-            (0, _) => Err(Fault::PayloadReserved),
+            (0, _) => Err(Fault::PayloadReserved.into()),
             (1, digest) => Ok((id, GroupStart::State(digest))),
-            _ => Err(Fault::GroupStart),
+            _ => Err(Failure::found(Fault::GroupStart, start)),
         }
     }
 

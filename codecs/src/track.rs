@@ -87,13 +87,15 @@ impl Track {
         let mut r = Reader::new(entry, Fault::PayloadSize);
         let _size = r.u32()?;
         let id = r.u32()?;
-        let kind = Kind::of_number(r.u16()?)?;
+        let number = r.u16()?;
+        let kind = Kind::of_number(number).map_err(|fault| Failure::found(fault, number))?;
         let coding = r.u16()?;
-        kind.check_coding(coding)?;
+        kind.check_coding(coding)
+            .map_err(|fault| Failure::found(fault, coding))?;
         let space = match r.u8()? {
             0 => LookupSpace::Mesh,
             1 => LookupSpace::Rest,
-            _ => return Err(Fault::Space.into()),
+            number => return Err(Failure::found(Fault::Space, number)),
         };
         kind.check_space(space)?;
         let has_content_hash = r.u8()?;
@@ -220,12 +222,14 @@ pub(crate) fn read_tracks(
         if size < 12 || !size.is_multiple_of(4) {
             return Err(Fault::PayloadSize.into());
         }
-        let track = Track::read(reader.bytes(size)?, limits)?;
-        if u64::from(track.id) < above {
-            return Err(Fault::EntryOrder.into());
+        let id = ahead.u32()?;
+        let of_track = |failure: Failure| failure.of_track(id);
+        let track = Track::read(reader.bytes(size)?, limits).map_err(of_track)?;
+        if u64::from(id) < above {
+            return Err(of_track(Fault::EntryOrder.into()));
         }
-        above = u64::from(track.id) + 1;
-        each(track)?;
+        above = u64::from(id) + 1;
+        each(track).map_err(of_track)?;
     }
     Ok(reader.end()?)
 }
@@ -240,7 +244,9 @@ pub(crate) fn write_tracks(tracks: &[Track], out: &mut Vec<u8>) -> Result<(), Fa
     if !tracks.is_sorted_by(|a, b| a.id < b.id) {
         return Err(Fault::EntryOrder.into());
     }
-    tracks.iter().try_for_each(|track| track.write(out))
+    tracks
+        .iter()
+        .try_for_each(|track| track.write(out).map_err(|f| f.of_track(track.id)))
 }
 
 /// Calls `each` with every removed track, ids ascending.

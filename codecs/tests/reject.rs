@@ -189,6 +189,81 @@ fn framing() {
 }
 
 #[test]
+fn errors_name_the_number_that_was_found() {
+    let small = Small::new();
+    let points = small.record(record_type::POINTS, 1);
+    let group = small.record(record_type::GROUP, 0);
+    let track = small.record(record_type::TRACK, 0);
+    let mut version = small.bytes.clone();
+    version[8] = 7;
+    let crc = container::crc32c(&version[..12]);
+    version[12..16].copy_from_slice(&crc.to_le_bytes());
+    let of_header =
+        |change: fn(&mut container::RecordHeader)| with_header(&small.bytes, points, change);
+    let plain = unpacked(&small.bytes, track);
+    let of_track = |at: usize, value: u8| with_payload(&plain, track, |p| p[at] = value);
+    for (bytes, id, found, track, words) in [
+        (version, 1003, 7, None, "(version 7)"),
+        (
+            of_header(|h| h.packing = 3),
+            1010,
+            3,
+            None,
+            "(compression 3)",
+        ),
+        (of_header(|h| h.version = 4), 1021, 4, None, "(version 4)"),
+        (
+            of_header(|h| h.record_type = 99),
+            1022,
+            99,
+            None,
+            "(type 99, unknown)",
+        ),
+        (
+            of_header(|h| h.record_type = 0x22),
+            1022,
+            0x22,
+            None,
+            "(type 34, vertices)",
+        ),
+        (
+            with_payload(&small.bytes, group, |p| put(p, 4, 2)),
+            2021,
+            2,
+            None,
+            "(start 2)",
+        ),
+        (of_track(16, 3), 2007, 3, Some(1), "(model 3) (track 1)"),
+        (of_track(18, 5), 2008, 5, Some(1), "(coding 5) (track 1)"),
+        (of_track(20, 2), 2020, 2, Some(1), "(space 2) (track 1)"),
+    ] {
+        let error = decode(&mut Decoder::new(Limits::default()), &bytes)
+            .1
+            .unwrap_err();
+        assert_eq!(
+            (error.id, error.found, error.track),
+            (id, Some(found), track)
+        );
+        assert!(error.to_string().ends_with(words), "{error}");
+    }
+}
+
+/// The stream with a record's payload as it was before packing.
+fn unpacked(bytes: &[u8], at: usize) -> Vec<u8> {
+    let mut h = header(bytes, at);
+    let end = at + 32 + h.stored_bytes as usize;
+    let mut payload = vec![0; h.unpacked_bytes as usize];
+    match h.packing {
+        0 => payload.copy_from_slice(&bytes[at + 32..end]),
+        _ => assert_eq!(lz4(&bytes[at + 32..end], &mut payload), payload.len()),
+    }
+    h.packing = 0;
+    h.stored_bytes = payload.len() as u32;
+    h.payload_crc = container::crc32c(&payload);
+    [&bytes[..at], &h.to_bytes(), &payload, &bytes[end..]].concat()
+}
+
+#[test]
 fn four_gigabytes_in_sixty_bytes() {
     let small = Small::new();
     let start = small.record(record_type::STREAM, 0);
@@ -271,27 +346,9 @@ fn fields_of_records() {
     });
     // Tracks are packed by the encoder; rewrite the record without.
     let at = small.record(TRACK, 0);
-    let h = header(&small.bytes, at);
-    let mut plain = vec![0; h.unpacked_bytes as usize];
-    let stored = &small.bytes[at + 32..at + 32 + h.stored_bytes as usize];
-    match h.packing {
-        0 => plain.copy_from_slice(stored),
-        _ => assert_eq!(lz4(stored, &mut plain), plain.len()),
-    }
+    let plain = unpacked(&small.bytes, at);
     let track_case = |id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
-        let mut payload = plain.clone();
-        change(&mut payload);
-        let mut h = h;
-        h.packing = 0;
-        h.stored_bytes = payload.len() as u32;
-        h.unpacked_bytes = payload.len() as u32;
-        h.payload_crc = container::crc32c(&payload);
-        let rest = &small.bytes[at + 32 + stored.len()..];
-        small.rejects(
-            &[&small.bytes[..at], &h.to_bytes(), &payload, rest].concat(),
-            id,
-            want,
-        );
+        small.rejects(&with_payload(&plain, at, |p| change(p)), id, want);
     };
     let limit = |which, asked, allowed| Kind::LimitExceeded {
         which,

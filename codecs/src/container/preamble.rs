@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::crc::crc32c;
-use crate::error::Fault;
+use crate::error::{Failure, Fault};
 
 /// Catches text-mode and seven-bit transfer damage, as PNG's signature does.
 pub const MAGIC: [u8; 8] = [0x89, b'D', b'P', b'L', 0x0d, 0x0a, 0x1a, 0x0a];
@@ -30,7 +30,15 @@ pub struct Preamble {
 }
 
 impl Preamble {
-    pub(crate) fn parse(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Fault> {
+    /// Reads a preamble of any version and profile.
+    ///
+    /// # Errors
+    /// 1001 and 1002.
+    pub fn read(bytes: &[u8; PREAMBLE_BYTES]) -> crate::Result<Preamble> {
+        Preamble::parse(bytes).map_err(|fault| Failure::from(fault).at(0))
+    }
+
+    fn parse(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Fault> {
         if bytes[..8] != MAGIC {
             return Err(Fault::Magic);
         }
@@ -40,13 +48,19 @@ impl Preamble {
         }
         let version = u16::from_le_bytes([bytes[8], bytes[9]]);
         let profile = u16::from_le_bytes([bytes[10], bytes[11]]);
-        if version != CONTAINER_VERSION {
-            return Err(Fault::ContainerVersion);
-        }
-        if profile != profile::STREAM {
-            return Err(Fault::Profile);
-        }
         Ok(Preamble { version, profile })
+    }
+
+    /// Reads a preamble that this library can go on from.
+    pub(crate) fn read_known(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Failure> {
+        let preamble = Preamble::parse(bytes)?;
+        if preamble.version != CONTAINER_VERSION {
+            return Err(Failure::found(Fault::ContainerVersion, preamble.version));
+        }
+        if preamble.profile != profile::STREAM {
+            return Err(Failure::found(Fault::Profile, preamble.profile));
+        }
+        Ok(preamble)
     }
 
     pub(crate) fn write(self, out: &mut Vec<u8>) {

@@ -13,18 +13,22 @@ pub(crate) struct Unpacker {
 
 impl Unpacker {
     /// Rejects what the lengths alone show to be impossible, before `unpacked` bytes are reserved.
-    pub(crate) fn check_lengths(packing: u8, stored: u32, unpacked: u32) -> Result<Packing, Fault> {
+    pub(crate) fn check_lengths(
+        packing: u8,
+        stored: u32,
+        unpacked: u32,
+    ) -> Result<Packing, Failure> {
         let (stored, unpacked) = (u64::from(stored), u64::from(unpacked));
         let (packing, possible) = match packing {
             0 => (Packing::None, stored == unpacked),
             1 => (Packing::Lz4, unpacked <= stored * lz4::RATIO),
             2 => (Packing::Zstd, unpacked <= stored / 4 * zstd::BLOCK_BYTES),
-            _ => return Err(Fault::Compression),
+            _ => return Err(Failure::found(Fault::Compression, packing)),
         };
         if possible {
             Ok(packing)
         } else {
-            Err(Fault::Length)
+            Err(Fault::Length.into())
         }
     }
 

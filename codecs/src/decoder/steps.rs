@@ -25,7 +25,7 @@ impl Decoder {
                 }
                 let mut bytes = [0; PREAMBLE_BYTES];
                 bytes.copy_from_slice(&self.head[..PREAMBLE_BYTES]);
-                if let Err(fault) = Preamble::parse(&bytes) {
+                if let Err(fault) = Preamble::read_known(&bytes) {
                     return self.fail(fault, Recovery::Impossible, self.record_start);
                 }
                 self.digest.write(&bytes);
@@ -94,13 +94,13 @@ impl Decoder {
         }
         let defined = record_type::is_defined(header.record_type);
         if !defined && header.critical {
-            return Err(Fault::UnknownCritical.into());
+            return Err(Failure::found(Fault::UnknownCritical, header.record_type));
         }
         if defined && !header.critical {
-            return Err(Fault::CriticalBit.into());
+            return Err(Failure::found(Fault::CriticalBit, header.record_type));
         }
         if defined && header.version != 0 {
-            return Err(Fault::RecordVersion.into());
+            return Err(Failure::found(Fault::RecordVersion, header.version));
         }
         let is_stream = header.record_type == record_type::STREAM;
         if is_stream != self.session.rate.is_none() {

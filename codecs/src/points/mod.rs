@@ -19,6 +19,7 @@ pub use state::{Place, State};
 pub(crate) use decode::Part;
 pub(crate) use encode::write_payload;
 pub(crate) use parameters::CODINGS;
+pub(crate) use state::state_bytes;
 
 use bytemuck::{Pod, Zeroable};
 

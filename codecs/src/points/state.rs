@@ -148,7 +148,7 @@ impl State {
             plan.places.push((first_bucket as u32, first_cell as u32));
         }
         let counted = plan.buckets_end.max(plan.cells_end) <= u64::from(u32::MAX);
-        let bytes = bytes(plan.buckets_end, plan.cells_end);
+        let bytes = state_bytes(plan.buckets_end, plan.cells_end);
         (plan, counted.then_some(bytes))
     }
 
@@ -160,7 +160,7 @@ impl State {
         // What an earlier stream left may be too much of one kind for this one.
         let buckets = (self.buckets.capacity() as u64).max(plan.buckets_end);
         let cells = (self.cells.capacity() as u64).max(plan.cells_end);
-        if bytes(buckets, cells) > most {
+        if state_bytes(buckets, cells) > most {
             self.buckets.shrink_to_fit();
             self.cells.shrink_to_fit();
             self.next_homes.shrink_to_fit();
@@ -263,7 +263,7 @@ fn place(free: &mut FreeRanges, end: &mut u64, length: u32) -> u64 {
 }
 
 /// Bytes that count against the limit of decoded state.
-fn bytes(buckets: u64, cells: u64) -> u64 {
+pub(crate) fn state_bytes(buckets: u64, cells: u64) -> u64 {
     buckets * 32 + cells * 36
 }
 

@@ -60,7 +60,7 @@ fn volumes(tracks: &[Track]) -> impl Iterator<Item = (u32, &Volume)> {
 }
 
 /// Bytes that count against the limit of decoded state.
-fn bytes(volume: &Volume) -> u64 {
+pub(crate) fn state_bytes(volume: &Volume) -> u64 {
     volume.count() as u64 * PROBE_BYTES + volume.visibility_bytes()
 }
 
@@ -68,7 +68,7 @@ impl part::Part for Part {
     fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
         let there = self.state.volumes.iter().map(|v| &v.volume);
         let all = there.chain(volumes(tracks).map(|(_, volume)| volume));
-        let bytes = all.fold(0u64, |sum, volume| sum.saturating_add(bytes(volume)));
+        let bytes = all.fold(0u64, |sum, volume| sum.saturating_add(state_bytes(volume)));
         usize::try_from(bytes).is_ok().then_some(bytes)
     }
 

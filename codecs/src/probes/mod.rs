@@ -21,7 +21,7 @@ pub use f16::{f16_from_f32, f32_from_f16};
 pub use quantize::Tolerance;
 pub use state::State;
 
-pub(crate) use decode::Part;
+pub(crate) use decode::{Part, state_bytes};
 pub(crate) use encode::write_payload;
 pub(crate) use parameters::CODINGS;
 
