@@ -13,7 +13,7 @@
 //! below 1.15. The noise of such a ratio is shown by that of the scene against a second server of
 //! its own.
 
-use dapple::codec::{Compression, TickRate};
+use dapple::codec::{Compression, Limits, TickRate};
 use dapple::points::place::Density;
 use dapple::points::server::{Options, Server, Tick};
 use dapple::scene::{Instance, Node, Scene};
@@ -104,6 +104,7 @@ fn still(scene: &Scene, options: Options) {
             level: 15,
             lazy: true,
         },
+        limits: Limits::default(),
     };
     let mut bytes = Vec::new();
     let mut stream = Stream::start(&frozen, job, &mut bytes, &mut |_, _| {}).expect("a stream");

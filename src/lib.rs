@@ -9,6 +9,8 @@ pub mod points;
 pub mod probes;
 
 #[cfg(feature = "encode")]
+pub mod limits;
+#[cfg(feature = "encode")]
 pub mod scene;
 #[cfg(feature = "encode")]
 pub mod stream;

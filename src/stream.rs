@@ -2,7 +2,10 @@
 //! a frame a tick (PSAO §3.4, DDISH-GI §4).
 
 use crate::Result;
-use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart, StateDigest, TickRate};
+use crate::codec::{
+    self, Compression, Encoder, EncoderConfig, GroupStart, Limits, StateDigest, TickRate,
+};
+use crate::limits::check_tracks;
 use crate::points::content::Content as PointsContent;
 use crate::points::server::{Options, Server, Tick, Track};
 use crate::probes;
@@ -45,6 +48,8 @@ pub struct Job {
     /// Frames between keyframes; 0 for none after the first.
     pub keyframe_interval: usize,
     pub compression: Compression,
+    /// Limits of the decoders that shall read the stream.
+    pub limits: Limits,
 }
 
 /// What encoding came to. Times are means over the frames after the first.
@@ -180,24 +185,36 @@ impl<'s> Stream<'s> {
     ) -> Result<Self> {
         let clock = Instant::now();
         let points = match job.points {
-            Some(options) => {
-                let mut server = Server::new(scene, options, job.start)?;
-                let tick = server.start(progress);
-                Some((server, tick))
-            }
+            Some(options) => Some(PointsContent::new(Server::new(scene, options, job.start)?)?),
             None => None,
         };
-        let taken = points
-            .as_ref()
-            .map_or(0, |(server, _)| server.tracks().len());
+        let tracks = points.as_ref().map_or(0, |p| p.server().tracks().len());
         let probes = match &job.probes {
             Some(request) => {
-                let mut content = ProbesContent::new(scene, request, job.start, taken as u32)?;
-                content.tick(job.start);
-                Some(content)
+                let settle = 0;
+                let request = Request { settle, ..*request };
+                Some(ProbesContent::new(
+                    scene,
+                    &request,
+                    job.start,
+                    tracks as u32,
+                )?)
             }
             None => None,
         };
+        // Tracing takes long: what no decoder reads is refused before it.
+        check_tracks(&scene.name, &tracks_of(&points, &probes), &job.limits)?;
+        let points = points.map(|mut content| {
+            let tick = content.server_mut().start(progress);
+            (content, tick)
+        });
+        let probes = probes.map(|mut content| {
+            let settle = job.probes.map_or(0, |request| request.settle);
+            (0..=settle).for_each(|_| {
+                content.tick(job.start);
+            });
+            content
+        });
         Self::with_content(scene, points, probes, clock.elapsed(), job, out)
     }
 
@@ -214,13 +231,13 @@ impl<'s> Stream<'s> {
         out: &mut Vec<u8>,
     ) -> Result<Self> {
         let scene = server.scene();
-        let points = Some((server, startup));
+        let points = Some((PointsContent::new(server)?, startup));
         Self::with_content(scene, points, None, startup_time, job, out)
     }
 
     fn with_content(
         scene: &Scene,
-        points: Option<(Server<'s>, Tick)>,
+        points: Option<(PointsContent<'s>, Tick)>,
         probes: Option<ProbesContent<'s>>,
         startup_time: Duration,
         job: Job,
@@ -238,7 +255,8 @@ impl<'s> Stream<'s> {
             report.density = options.density.candidates;
             report.radius = options.density.radius();
         }
-        if let Some((server, startup)) = &points {
+        if let Some((content, startup)) = &points {
+            let server = content.server();
             let tracks = server.tracks();
             report.candidates = tracks.iter().map(Track::candidates).sum();
             report.points = tracks.iter().map(Track::points).sum();
@@ -246,12 +264,11 @@ impl<'s> Stream<'s> {
             report.rays_startup = startup.rays;
             report.placing_s = server.placing_time().as_secs_f64();
         }
-        let points = match points {
-            Some((server, _)) => Some(PointsContent::new(server)?),
-            None => None,
-        };
+        let points = points.map(|(content, _)| content);
+        check_tracks(&scene.name, &tracks_of(&points, &probes), &job.limits)?;
         let config = EncoderConfig {
             tick_rate: job.rate,
+            limits: job.limits,
             ..EncoderConfig::default()
         };
         let before = out.len();
@@ -348,10 +365,7 @@ impl<'s> Stream<'s> {
     /// Everything a client needs to start at this frame.
     fn write_keyframe(&mut self, out: &mut Vec<u8>) -> Result<()> {
         self.encoder.group(out, GroupStart::Keyframes)?;
-        let points = self.points.iter().flat_map(PointsContent::tracks);
-        let tracks: Vec<_> = points
-            .chain(self.probes.iter().map(ProbesContent::track))
-            .collect();
+        let tracks = tracks_of(&self.points, &self.probes);
         self.encoder.tracks(out, &tracks)?;
         let (encoder, compression) = (&mut self.encoder, self.job.compression);
         if let Some(points) = &mut self.points {
@@ -396,4 +410,11 @@ impl<'s> Stream<'s> {
         }
         digest.finish()
     }
+}
+
+/// The declarations of all tracks.
+fn tracks_of(points: &Option<PointsContent>, probes: &Option<ProbesContent>) -> Vec<codec::Track> {
+    let points = points.iter().flat_map(PointsContent::tracks);
+    let probes = probes.iter().map(ProbesContent::track);
+    points.chain(probes).collect()
 }

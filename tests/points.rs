@@ -50,6 +50,7 @@ fn job(options: Options, view: View, frames: usize, hz: u32) -> Job {
         start: 0.0,
         keyframe_interval: 0,
         compression: Compression::None,
+        limits: Limits::default(),
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use glam::Vec3;
 
+use super::limits::LimitArgs;
 use crate::Result;
 use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
@@ -116,6 +117,8 @@ pub struct EncodeArgs {
     /// What becomes of points that do not fit into a cell of seven.
     #[arg(long, default_value = "chain")]
     pub overflow: Overflow,
+    #[command(flatten)]
+    pub limits: LimitArgs,
 }
 
 /// A volume of probes and its server.

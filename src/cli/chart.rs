@@ -6,12 +6,14 @@ mod probes;
 use super::args::{EncodeArgs, Model, Rate, SceneArgs, ViewArgs};
 use super::output;
 use super::progress::Progress;
+use crate::limits::check_tracks;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
 use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
 use crate::measure::metrics::{self, Difference};
 use crate::measure::reference::{RAYS, Reference};
 use crate::measure::report::{Report, Section, save, write};
 use crate::measure::table::{Table, Value};
+use crate::points::content::declarations;
 use crate::points::place::Density;
 use crate::points::server::{Options, Server};
 use crate::render::{Backend, Renderer};
@@ -122,6 +124,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         let clock = Instant::now();
         let mut server = Server::new(&scene, options, job.start)?;
+        check_tracks(&scene.name, &declarations(&server), &job.limits)?;
         let startup = server.start(&mut |_, _| {});
         let startup = (startup, clock.elapsed());
         for &rate in &rates {

@@ -99,6 +99,7 @@ impl EncodeArgs {
             start: (view.seconds(self.fps) * self.fps.hz()).round() / self.fps.hz(),
             keyframe_interval: self.keyframe_interval.unwrap_or(0) as usize,
             compression: self.compression,
+            limits: self.limits.limits(),
         })
     }
 }

@@ -21,6 +21,7 @@ pub mod demo;
 pub mod encode;
 pub mod inspect;
 pub mod job;
+pub mod limits;
 pub mod output;
 pub mod progress;
 pub mod records;

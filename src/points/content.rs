@@ -42,29 +42,7 @@ impl<'s> Content<'s> {
 
     /// The declarations of all tracks.
     pub fn tracks(&self) -> Vec<codec::Track> {
-        let tracks = self.server.tracks().iter().enumerate();
-        tracks.map(|(t, track)| self.declare(t, track)).collect()
-    }
-
-    /// What the stream says of a track: it is found again by the path of its instance.
-    fn declare(&self, t: usize, track: &Track) -> codec::Track {
-        let bounds = track.mesh_bounds();
-        codec::Track {
-            id: t as u32,
-            target: Target {
-                application_id: 0,
-                path: self.server.scene().instances[track.instance].name.clone(),
-                content_hash: None,
-            },
-            aabb_min: bounds.min.to_array(),
-            aabb_max: bounds.max.to_array(),
-            space: if track.looks_up_rest_pose() {
-                LookupSpace::Rest
-            } else {
-                LookupSpace::Mesh
-            },
-            model: Model::Points(*track.store.grid()),
-        }
+        declarations(&self.server)
     }
 
     /// Everything that a client needs to start at this frame.
@@ -146,6 +124,33 @@ impl<'s> Content<'s> {
             let (store, transform) = (&track.store, self.sent_transforms[t].as_ref());
             digest.track(t as u32, transform, store.buckets(), store.cells());
         }
+    }
+}
+
+/// What a stream says of the tracks of a server.
+pub fn declarations(server: &Server) -> Vec<codec::Track> {
+    let tracks = server.tracks().iter().enumerate();
+    tracks.map(|(t, track)| declare(server, t, track)).collect()
+}
+
+/// What the stream says of a track: it is found again by the path of its instance.
+fn declare(server: &Server, t: usize, track: &Track) -> codec::Track {
+    let bounds = track.mesh_bounds();
+    codec::Track {
+        id: t as u32,
+        target: Target {
+            application_id: 0,
+            path: server.scene().instances[track.instance].name.clone(),
+            content_hash: None,
+        },
+        aabb_min: bounds.min.to_array(),
+        aabb_max: bounds.max.to_array(),
+        space: if track.looks_up_rest_pose() {
+            LookupSpace::Rest
+        } else {
+            LookupSpace::Mesh
+        },
+        model: Model::Points(*track.store.grid()),
     }
 }
 

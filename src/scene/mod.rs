@@ -14,6 +14,7 @@ mod gltf;
 mod hall;
 pub mod light;
 mod normals;
+mod paths;
 mod pose;
 mod specular;
 pub mod surface;

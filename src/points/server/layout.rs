@@ -2,8 +2,6 @@
 
 use super::options::{Options, Space};
 use super::track::{Template, Track};
-use crate::codec::Limits;
-use crate::codec::points::{Bucket, Cell};
 use crate::points::chunks::Chunks;
 use crate::points::grid::{self, Extent};
 use crate::points::place::{Density, area, place};
@@ -258,39 +256,6 @@ fn check_area(scene: &Scene, area: f64, density: Density) -> Result<()> {
          candidates{mend}",
         scene.name, density.candidates
     )))
-}
-
-/// Refuses a state that no decoder with the default limits would take.
-pub(super) fn check_size(tracks: &[Track]) -> Result<()> {
-    let limits = Limits::default();
-    // A keyframe of one track is one record, in which everything travels with its index.
-    let size = |t: &Track| -> u64 {
-        let (buckets, cells) = (t.store.buckets().len(), t.store.cells().len());
-        (buckets * (4 + size_of::<Bucket>()) + cells * (4 + size_of::<Cell>())) as u64
-    };
-    let all: u64 = tracks.iter().map(size).sum();
-    let largest = tracks.iter().map(size).max().unwrap_or(0);
-    for (bytes, allowed, what) in [
-        (
-            all,
-            u64::from(limits.frame_bytes).min(limits.state_bytes),
-            "all points take",
-        ),
-        (
-            largest,
-            u64::from(limits.unpacked_bytes.min(limits.stored_bytes)),
-            "the points of one mesh take",
-        ),
-    ] {
-        if bytes > allowed {
-            return Err(Error::Invalid(format!(
-                "{what} {} MiB, and decoders accept {} MiB; lower the density",
-                bytes >> 20,
-                allowed >> 20
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Scales that differ by rounding alone are one scale.

@@ -18,7 +18,7 @@ use super::rng::Rng;
 use crate::Result;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
-use layout::{check_size, is_movable, templates};
+use layout::{is_movable, templates};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -97,7 +97,6 @@ impl<'s> Server<'s> {
                     .then(|| layout::track(scene, &rest, &samples, i, template, &options))
             })
             .collect::<Result<_>>()?;
-        check_size(&tracks)?;
         let mut still_chunks = Vec::new();
         let mut still_bounds = Vec::new();
         for (t, track) in tracks.iter().enumerate() {

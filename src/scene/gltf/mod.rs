@@ -126,6 +126,7 @@ fn read(bytes: &[u8], folder: Option<&Path>) -> Read<Scene> {
     if scene.instances.is_empty() {
         return Err("the scene has no triangles".to_owned());
     }
+    super::paths::shorten_paths(&mut scene);
     Ok(scene)
 }
 
