@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
+use super::limits::LimitArgs;
 use super::records::RecordTotal;
-use super::stream::{self, FaultReport, Outcome};
+use super::stream::{self, FaultReport, Outcome, Reading};
 use super::{output, tell};
 use crate::Result;
-use crate::codec::container::CONTAINER_VERSION;
 use crate::codec::points::Grid;
 use crate::codec::probes::{Coding, Volume};
 use crate::codec::{Decoder, Event, LiveTrack, LookupSpace, Model};
@@ -23,18 +23,20 @@ use frames::Frames;
 /// Show what a stream holds: records, tracks, frames, bytes, bitrate.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The stream.
+    /// The stream; `-` for standard input.
     file: PathBuf,
     /// Print one JSON document, with every track.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 #[derive(Debug, Serialize)]
 struct Report {
     file: String,
     bytes: u64,
-    /// `None` where not even the preamble is valid.
+    /// `None` where not even the preamble is whole.
     container_version: Option<u16>,
     /// Ticks a second as a fraction.
     tick_rate: Option<[u32; 2]>,
@@ -43,7 +45,7 @@ struct Report {
     compression_ratio: Option<f64>,
     #[serde(flatten)]
     frames: Frames,
-    /// After the last commit: the `end` record, or a frame that was not committed.
+    /// After the last commit: the `end` record, a frame that was not committed, what follows a fault.
     bytes_after: u64,
     mbps_steady: Option<f64>,
     mbps_with_keyframes: Option<f64>,
@@ -114,7 +116,13 @@ enum ModelReport {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut frames = Frames::default();
     let mut declared = 0;
-    let outcome = stream::decode(&args.file, true, |decoder, event| {
+    let reading = Reading {
+        limits: args.limits.limits(),
+        live: true,
+        ..Reading::default()
+    };
+    let outcome = stream::decode(&args.file, &reading, |decoder, event| {
+        let Ok(event) = event else { return Ok(()) };
         frames.event(decoder, event);
         if let Event::Tracks { added } = event {
             declared += u64::from(added);
@@ -150,14 +158,13 @@ impl Report {
             total,
         };
         Report {
-            file: args.file.to_string_lossy().into_owned(),
+            file: stream::name(&args.file),
             bytes: outcome.bytes,
-            // The decoder reads one version, and a record only after a valid preamble.
-            container_version: (total.records > 0).then_some(CONTAINER_VERSION),
+            container_version: outcome.records.container_version(),
             tick_rate: rate.map(|rate| [rate.numerator, rate.denominator]),
             records: outcome.records.by_type().map(type_report).collect(),
             compression_ratio: ratio(&total),
-            bytes_after: decoder.position() - frames.position,
+            bytes_after: outcome.bytes - frames.position,
             frames,
             mbps_steady,
             mbps_with_keyframes,

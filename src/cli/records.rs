@@ -4,17 +4,20 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::codec::container::{HEADER_BYTES, PREAMBLE_BYTES, RecordHeader, record_type};
+use crate::codec::container::{HEADER_BYTES, PREAMBLE_BYTES, Preamble, RecordHeader, record_type};
 
-/// Reads record headers from pieces of a stream and skips what they announce. Checks nothing but
-/// the headers' own checksums: it runs beside a decoder, which checks all.
-#[derive(Debug)]
+/// Reads the preamble and the record headers from pieces of a stream and skips what they announce.
+/// Checks nothing but their own checksums: it runs beside a decoder, which checks all.
+#[derive(Debug, Default)]
 pub struct RecordScan {
-    /// Bytes of the preamble or of a payload that are still to be skipped.
+    preamble: Vec<u8>,
+    /// Bytes of a payload that are still to be skipped.
     skip: u64,
     header: [u8; HEADER_BYTES],
     /// Bytes of `header` that have arrived.
     filled: usize,
+    /// The record whose payload is skipped. It counts once it is whole.
+    record: Option<RecordHeader>,
     /// A header was damaged: nothing after it can be told.
     lost: bool,
     totals: BTreeMap<u16, RecordTotal>,
@@ -30,21 +33,12 @@ pub struct RecordTotal {
     pub unpacked_bytes: u64,
 }
 
-impl Default for RecordScan {
-    fn default() -> Self {
-        RecordScan {
-            skip: PREAMBLE_BYTES as u64,
-            header: [0; HEADER_BYTES],
-            filled: 0,
-            lost: false,
-            totals: BTreeMap::new(),
-        }
-    }
-}
-
 impl RecordScan {
     /// Takes the next piece of the stream.
-    pub fn push(&mut self, mut bytes: &[u8]) {
+    pub fn push(&mut self, bytes: &[u8]) {
+        let missing = (PREAMBLE_BYTES - self.preamble.len()).min(bytes.len());
+        let (preamble, mut bytes) = bytes.split_at(missing);
+        self.preamble.extend_from_slice(preamble);
         while !bytes.is_empty() && !self.lost {
             if self.skip > 0 {
                 let skipped = usize::try_from(self.skip)
@@ -52,6 +46,7 @@ impl RecordScan {
                     .min(bytes.len());
                 self.skip -= skipped as u64;
                 bytes = &bytes[skipped..];
+                self.count_whole();
                 continue;
             }
             let taken = bytes.len().min(HEADER_BYTES - self.filled);
@@ -63,15 +58,31 @@ impl RecordScan {
                 match RecordHeader::read(&self.header) {
                     Ok(header) => {
                         self.skip = u64::from(header.stored_bytes);
-                        let total = self.totals.entry(header.record_type).or_default();
-                        total.records += 1;
-                        total.stored_bytes += u64::from(header.stored_bytes);
-                        total.unpacked_bytes += u64::from(header.unpacked_bytes);
+                        self.record = Some(header);
+                        self.count_whole();
                     }
                     Err(_) => self.lost = true,
                 }
             }
         }
+    }
+
+    /// Counts the record in progress if it is whole.
+    fn count_whole(&mut self) {
+        if self.skip == 0
+            && let Some(header) = self.record.take()
+        {
+            let total = self.totals.entry(header.record_type).or_default();
+            total.records += 1;
+            total.stored_bytes += u64::from(header.stored_bytes);
+            total.unpacked_bytes += u64::from(header.unpacked_bytes);
+        }
+    }
+
+    /// The version in the preamble; none where that is damaged or has not come.
+    pub fn container_version(&self) -> Option<u16> {
+        let bytes = self.preamble.first_chunk::<PREAMBLE_BYTES>()?;
+        Preamble::read(bytes).ok().map(|preamble| preamble.version)
     }
 
     /// Number, name and total of each type that occurred, by number.
@@ -103,6 +114,7 @@ impl RecordTotal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::codec::container::crc32c;
 
     fn stream() -> Vec<u8> {
         let mut bytes = vec![7; PREAMBLE_BYTES];
@@ -157,5 +169,20 @@ mod tests {
         let mut scan = RecordScan::default();
         scan.push(&bytes);
         assert_eq!(scan.total().records, 1);
+    }
+
+    #[test]
+    fn versions_are_read_from_whole_preambles() {
+        let mut preamble = vec![0x89, b'D', b'P', b'L', 0x0d, 0x0a, 0x1a, 0x0a, 7, 0, 0, 0];
+        preamble.extend(crc32c(&preamble).to_le_bytes());
+        let mut scan = RecordScan::default();
+        scan.push(&preamble[..15]);
+        assert_eq!(scan.container_version(), None);
+        scan.push(&preamble[15..]);
+        assert_eq!(scan.container_version(), Some(7));
+        preamble[8] = 8;
+        let mut scan = RecordScan::default();
+        scan.push(&preamble);
+        assert_eq!(scan.container_version(), None);
     }
 }

@@ -4,6 +4,7 @@ mod path;
 mod probes;
 
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
+use super::limits::LimitArgs;
 use super::{output, stream};
 use crate::codec::Limits;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
@@ -13,14 +14,13 @@ use crate::render::gbuffer::Lookup;
 use crate::render::{Backend, Renderer, composite};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Render one frame of a scene to a PNG file, lit by a stream or by a reference.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The stream; not needed for `--method rtao`, `none`, `path` and `direct`.
+    /// The stream, `-` for standard input; not needed for `--method rtao`, `none`, `path` and `direct`.
     #[arg(value_name = "STREAM")]
     stream: Option<PathBuf>,
     /// The scene that the stream was made for: a glTF file, or `hall`.
@@ -51,6 +51,8 @@ pub struct Args {
     /// What draws.
     #[arg(long, default_value = "auto")]
     backend: Drawing,
+    #[command(flatten)]
+    limits: LimitArgs,
     /// Write ambient occlusion alone, as a gray picture.
     #[arg(long)]
     ao_only: bool,
@@ -134,7 +136,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             })?;
             // The newest server frame that has arrived by now.
             let sent = args.client.newest_at(seconds, args.fps);
-            let client = read_until(path, &scene, sent)?;
+            let client = read_until(path, &scene, sent, args.limits.limits())?;
             let (number, time) = client.last_frame().ok_or_else(|| {
                 Error::Invalid(format!("{}: the stream has no frame", path.display()))
             })?;
@@ -186,21 +188,22 @@ impl ClientArgs {
 
 /// Decodes a stream up to the last frame whose time is not after `seconds`; the first frame in any
 /// case.
-fn read_until(path: &Path, scene: &crate::scene::Scene, seconds: f64) -> Result<Client> {
-    let io = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
+fn read_until(
+    path: &Path,
+    scene: &crate::scene::Scene,
+    seconds: f64,
+    limits: Limits,
+) -> Result<Client> {
     let named = |error| match error {
         Error::Codec(fault) => stream::error(path, &fault),
-        Error::Invalid(message) => Error::Invalid(format!("{}: {message}", path.display())),
+        Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
         other => other,
     };
-    let mut file = std::fs::File::open(path).map_err(io)?;
-    let mut client = Client::new(scene, Limits::default());
+    let mut source = stream::Source::open(path)?;
+    let mut client = Client::new(scene, limits);
     let mut buffer = vec![0; 1 << 16];
     loop {
-        let read = file.read(&mut buffer).map_err(io)?;
+        let read = source.read(&mut buffer)?;
         if read == 0 {
             client
                 .decoder()

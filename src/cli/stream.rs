@@ -1,4 +1,4 @@
-//! Decodes a stream from a file, in pieces.
+//! Decodes a stream from a file or standard input, in pieces.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -6,20 +6,37 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::limits;
 use super::records::RecordScan;
+use crate::codec::container::{CONTAINER_VERSION, PREAMBLE_BYTES};
 use crate::codec::{self, Decoder, Event, Kind, Limits};
 use crate::{Error, Result};
 
 /// Bytes read at once.
 const PIECE: usize = 64 << 10;
+/// Error numbers that the command line treats on their own.
+const CONTAINER_VERSION_ERROR: u16 = 1003;
+const RECORD_GAP: u16 = 1008;
+
+/// How a stream is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reading {
+    pub limits: Limits,
+    /// It may stop after any commit.
+    pub live: bool,
+    /// After a fault, go on at the next group that can be decoded.
+    pub resume: bool,
+    /// Records may be missing between the `stream` record and the first group that can be decoded.
+    pub join: bool,
+}
 
 /// What a stream came to.
 pub struct Outcome {
     /// Holds the state of the last commit.
     pub decoder: Decoder,
-    /// Bytes read: all of the file, or up to the piece with the fault.
+    /// Bytes of the file, or of standard input as far as it was read.
     pub bytes: u64,
-    /// Records by type, up to the fault.
+    /// Whole records by type, up to the fault.
     pub records: RecordScan,
     /// Whether the stream ended with an `end` record.
     pub ended: bool,
@@ -27,25 +44,83 @@ pub struct Outcome {
     pub fault: Option<codec::Error>,
 }
 
-/// Decodes a file with the default [`Limits`] and calls `on_event` at every event but
-/// [`Event::NeedInput`]. A live stream (`live`) may stop after any commit. Memory does not grow
-/// with the file: pieces of 64 KB, and what the decoder holds.
+/// A stream that is open for reading.
+pub struct Source {
+    reader: Box<dyn Read>,
+    name: String,
+    /// Bytes of a file; none where that is not known.
+    length: Option<u64>,
+}
+
+impl Source {
+    /// Opens a file, or standard input for `-`.
+    ///
+    /// # Errors
+    /// `Io` where that is impossible.
+    pub fn open(path: &Path) -> Result<Source> {
+        let name = name(path);
+        if path.as_os_str() == "-" {
+            return Ok(Source {
+                reader: Box::new(std::io::stdin()),
+                name,
+                length: None,
+            });
+        }
+        let io = |source| Error::Io {
+            path: path.to_path_buf(),
+            source,
+        };
+        let file = File::open(path).map_err(io)?;
+        let metadata = file.metadata().map_err(io)?;
+        Ok(Source {
+            reader: Box::new(file),
+            name,
+            length: metadata.is_file().then_some(metadata.len()),
+        })
+    }
+
+    /// Fills some of `piece` with what comes next, as soon as there is some. 0 at the end.
+    ///
+    /// # Errors
+    /// `Io` where it cannot be read.
+    pub fn read(&mut self, piece: &mut [u8]) -> Result<usize> {
+        loop {
+            match self.reader.read(piece) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                result => {
+                    return result.map_err(|source| Error::Io {
+                        path: self.name.clone().into(),
+                        source,
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// The name of a stream in messages.
+pub fn name(path: &Path) -> String {
+    match path.as_os_str() == "-" {
+        true => "standard input".to_owned(),
+        false => path.display().to_string(),
+    }
+}
+
+/// Decodes a stream and calls `on_event` at every event but [`Event::NeedInput`], and at every fault
+/// after which the decoder goes on. Memory does not grow with the stream: pieces of 64 KB, and what
+/// the decoder holds.
 ///
 /// # Errors
-/// `Io` where the file cannot be read, and whatever `on_event` gives. A fault of the stream is part
-/// of the outcome.
+/// `Io` where the stream cannot be read, and whatever `on_event` gives. The fault that ends a stream
+/// is part of the outcome.
 pub fn decode(
     path: &Path,
-    live: bool,
-    mut on_event: impl FnMut(&Decoder, Event) -> Result<()>,
+    reading: &Reading,
+    mut on_event: impl FnMut(&Decoder, std::result::Result<Event, codec::Error>) -> Result<()>,
 ) -> Result<Outcome> {
-    let io = |source| Error::Io {
-        path: path.to_path_buf(),
-        source,
-    };
-    let mut file = File::open(path).map_err(io)?;
+    let mut source = Source::open(path)?;
     let mut outcome = Outcome {
-        decoder: Decoder::new(Limits::default()),
+        decoder: Decoder::new(reading.limits),
         bytes: 0,
         records: RecordScan::default(),
         ended: false,
@@ -53,50 +128,94 @@ pub fn decode(
     };
     let mut piece = vec![0; PIECE];
     loop {
-        let length = match file.read(&mut piece) {
-            Ok(0) => break,
-            Ok(length) => length,
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) => return Err(io(error)),
-        };
+        let length = source.read(&mut piece)?;
         outcome.bytes += length as u64;
-        outcome.records.push(&piece[..length]);
-        let mut rest = &piece[..length];
-        while !rest.is_empty() {
-            match outcome.decoder.push(rest) {
-                Ok((used, event)) => {
-                    rest = &rest[used..];
-                    match event {
-                        Event::NeedInput => break,
-                        Event::End => outcome.ended = true,
-                        _ => {}
-                    }
-                    on_event(&outcome.decoder, event)?;
-                }
-                Err(fault) => {
-                    outcome.fault = Some(fault);
-                    return Ok(outcome);
-                }
-            }
+        let going_on = outcome.take(&piece[..length], reading, &mut on_event)?;
+        if length == 0 || !going_on {
+            break;
         }
     }
-    let decoder = &outcome.decoder;
-    let end = if live {
-        decoder.finish_live()
-    } else {
-        decoder.finish()
-    };
-    outcome.fault = end.err();
+    if let Some(length) = source.length {
+        outcome.bytes = length;
+    }
+    if outcome.fault.is_none() {
+        let decoder = &outcome.decoder;
+        let end = match reading.live {
+            true => decoder.finish_live(),
+            false => decoder.finish(),
+        };
+        outcome.fault = end.err();
+    }
     Ok(outcome)
 }
 
-/// A fault of a stream as a sentence that names the file, and the limit where one is exceeded.
+impl Outcome {
+    /// Takes the next piece of the stream. Whether the stream goes on.
+    fn take(
+        &mut self,
+        mut rest: &[u8],
+        reading: &Reading,
+        on_event: &mut impl FnMut(&Decoder, std::result::Result<Event, codec::Error>) -> Result<()>,
+    ) -> Result<bool> {
+        while !rest.is_empty() {
+            let start = self.decoder.position();
+            let result = self.decoder.push(rest);
+            let used = (self.decoder.position() - start) as usize;
+            match result {
+                Ok((_, event)) => {
+                    self.records.push(&rest[..used]);
+                    match event {
+                        Event::NeedInput => return Ok(true),
+                        Event::End => self.ended = true,
+                        _ => {}
+                    }
+                    on_event(&self.decoder, Ok(event))?;
+                }
+                Err(fault) => {
+                    let joins = reading.join
+                        && fault.id == RECORD_GAP
+                        && self.decoder.last_frame().is_none();
+                    if !((joins || reading.resume) && self.decoder.resume()) {
+                        let sound = fault.offset.max(PREAMBLE_BYTES as u64);
+                        let sound = sound.saturating_sub(start) as usize;
+                        self.records.push(&rest[..sound.min(used)]);
+                        self.fault = Some(fault);
+                        return Ok(false);
+                    }
+                    // Looking at a header again uses no bytes, or those of an empty record.
+                    self.records.push(&rest[..used]);
+                    if !joins {
+                        on_event(&self.decoder, Err(fault))?;
+                    }
+                }
+            }
+            rest = &rest[used..];
+        }
+        Ok(true)
+    }
+}
+
+/// A fault of a stream as a sentence that names the file, and the option for a limit.
 pub fn error(path: &Path, fault: &codec::Error) -> Error {
-    let limit = match fault.kind {
-        Kind::LimitExceeded { which, .. } => format!("; the limit is {}", which.name()),
-        _ => String::new(),
+    let name = name(path);
+    let text = match (fault.kind, fault.found) {
+        (_, Some(version))
+            if fault.id == CONTAINER_VERSION_ERROR && version > u64::from(CONTAINER_VERSION) =>
+        {
+            format!(
+                "E{} {}: container version {version} is newer than this program, which reads version \
+                 {CONTAINER_VERSION}",
+                fault.id,
+                fault.name()
+            )
+        }
+        (Kind::LimitExceeded { which, .. }, _) => {
+            let (limit, option) = (which.name(), limits::option(which.name()));
+            format!("{fault}; the limit is {limit}, which {option} sets")
+        }
+        _ => fault.to_string(),
     };
-    Error::Invalid(format!("{}: {fault}{limit}", path.display()))
+    Error::Invalid(format!("{name}: {text}"))
 }
 
 /// A fault of a stream as JSON. `which`, `asked` and `allowed` are there for exceeded limits.
@@ -115,6 +234,12 @@ pub struct FaultReport {
     pub asked: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub allowed: Option<u64>,
+    /// The number that the stream has in the place of one that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found: Option<u64>,
+    /// The track that is at fault.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub track: Option<u32>,
 }
 
 impl FaultReport {
@@ -138,6 +263,8 @@ impl FaultReport {
             which,
             asked,
             allowed,
+            found: fault.found,
+            track: fault.track,
         }
     }
 }

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
-use super::stream::{self, FaultReport};
+use super::limits::LimitArgs;
+use super::stream::{self, FaultReport, Reading};
 use super::{output, tell};
 use crate::Result;
 use crate::codec::Event;
@@ -13,7 +14,7 @@ use crate::codec::Event;
 /// Check a stream: exit code 0 if it is valid, 1 with the first fault if it is not.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The stream.
+    /// The stream; `-` for standard input.
     file: PathBuf,
     /// Accept a live stream, which may stop after any commit.
     #[arg(long)]
@@ -21,6 +22,8 @@ pub struct Args {
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 #[derive(Serialize)]
@@ -37,8 +40,13 @@ struct Report {
 /// `Io` where the file cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut frames = 0;
-    let outcome = stream::decode(&args.file, args.live, |_, event| {
-        frames += u64::from(matches!(event, Event::Frame(_)));
+    let reading = Reading {
+        limits: args.limits.limits(),
+        live: args.live,
+        ..Reading::default()
+    };
+    let outcome = stream::decode(&args.file, &reading, |_, event| {
+        frames += u64::from(matches!(event, Ok(Event::Frame(_))));
         Ok(())
     })?;
     let fault = outcome.fault.as_ref();

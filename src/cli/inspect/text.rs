@@ -39,7 +39,12 @@ impl Report {
             text += " ticks a second";
         }
         text += match (&self.fault, self.ended) {
-            (Some(_), _) => ", damaged",
+            (Some(fault), _) => match fault.kind {
+                "Unsupported" => ", made for a newer program",
+                "LimitExceeded" => ", beyond a limit",
+                "Truncated" => ", cut off",
+                _ => ", damaged",
+            },
             (None, true) => "",
             (None, false) => ", no end record (live)",
         };

@@ -52,7 +52,7 @@ pub fn run(
         )
     })?;
     let sent = args.client.newest_at(seconds, args.fps);
-    let client = read_until(path, scene, sent)?;
+    let client = read_until(path, scene, sent, args.limits.limits())?;
     let decoder = client.decoder();
     let live = decoder.tracks().iter();
     let volumes: Vec<ProbesVolume> = live
