@@ -20,8 +20,9 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 7] = [
+const BUILDERS: [&str; 8] = [
     "differential",
+    "encoder",
     "points",
     "probes",
     "structured",

@@ -361,10 +361,11 @@ fn probes(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
     Ok(payload)
 }
 
-type Content = (BTreeMap<u32, [u32; 8]>, BTreeMap<u32, Cell>);
+/// Buckets and cells by their indices.
+pub type Content = (BTreeMap<u32, [u32; 8]>, BTreeMap<u32, Cell>);
 
 /// Changes of a few cells, and of every bucket that they concern.
-fn content(
+pub fn content(
     u: &mut Unstructured<'_>,
     grid: &Grid,
     old: impl Fn(u32) -> Cell,
