@@ -25,6 +25,10 @@ pub enum Error {
     /// The parameters ask for something that cannot be done.
     #[error("{0}")]
     Invalid(String),
+    /// The arguments ask for something that contradicts itself or would do harm, such as an output
+    /// over an input.
+    #[error("{0}")]
+    Usage(String),
     /// The graphics device cannot do what was asked.
     #[error("{0}")]
     Gpu(String),

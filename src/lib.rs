@@ -18,6 +18,8 @@ pub mod stream;
 pub mod trace;
 
 #[cfg(feature = "render")]
+pub mod files;
+#[cfg(feature = "render")]
 pub mod render;
 
 #[cfg(feature = "cli")]

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::chart::Chart;
 use super::table::{Table, escape};
 use crate::render::image::Picture;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 
 /// What a report shows, from top to bottom.
 #[derive(Clone, Debug, Default)]
@@ -75,15 +75,12 @@ pub fn write(report: &Report, data: &impl Serialize, folder: &Path) -> Result<()
     save(&folder.join("report.json"), &(json + "\n"))
 }
 
-/// Writes a text file.
+/// Writes a text file, whole or not at all.
 ///
 /// # Errors
-/// `Io` where it cannot be written.
+/// As [`files::write`].
 pub fn save(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).map_err(|source| Error::Io {
-        path: path.to_path_buf(),
-        source,
-    })
+    files::write(path, text.as_bytes())
 }
 
 impl Report {

@@ -1,12 +1,12 @@
 //! 8-bit sRGB pictures and their PNG files.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::BufReader;
 use std::path::Path;
 
 use glam::Vec3;
 
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 
 /// Largest width and height of a picture that is read or written, in pixels.
 pub const MAX_SIDE: u32 = 16_384;
@@ -87,21 +87,13 @@ impl Picture {
         Ok(Picture { width, height, rgb })
     }
 
-    /// Writes an 8-bit RGB PNG.
+    /// Writes an 8-bit RGB PNG, whole or not at all.
     ///
     /// # Errors
-    /// `Io` where the file cannot be written, `Invalid` where the picture is empty or its pixels do
-    /// not match its size.
+    /// As [`files::write`], and `Invalid` where the picture is empty or its pixels do not match its
+    /// size.
     pub fn write_png(&self, path: &Path) -> Result<()> {
-        let bytes = self.to_png()?;
-        let io = |source| Error::Io {
-            path: path.to_path_buf(),
-            source,
-        };
-        let mut file = BufWriter::new(File::create(path).map_err(io)?);
-        file.write_all(&bytes)
-            .and_then(|()| file.flush())
-            .map_err(io)
+        files::write(path, &self.to_png()?)
     }
 
     /// The bytes of the PNG that [`Picture::write_png`] writes.

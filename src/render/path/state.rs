@@ -8,7 +8,7 @@ use super::{Half, Options, PathPicture};
 use crate::codec::container::crc32c;
 use crate::scene::{CameraPose, Scene};
 use crate::trace::path::Sky;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use glam::DVec3;
 use std::path::Path;
 
@@ -56,7 +56,7 @@ impl Subject {
 /// Writes the state of a picture.
 ///
 /// # Errors
-/// `Io` where the file cannot be written.
+/// As [`files::write`].
 pub fn save(path: &Path, picture: &PathPicture, subject: &Subject) -> Result<()> {
     let mut bytes = Vec::with_capacity(HEADER + picture.halves[0].direct.len() * PIXEL + 4);
     bytes.extend_from_slice(MAGIC);
@@ -79,15 +79,7 @@ pub fn save(path: &Path, picture: &PathPicture, subject: &Subject) -> Result<()>
         }
     }
     bytes.extend_from_slice(&crc32c(&bytes).to_le_bytes());
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = std::path::PathBuf::from(beside);
-    let io = |source| Error::Io {
-        path: path.into(),
-        source,
-    };
-    std::fs::write(&beside, &bytes).map_err(io)?;
-    std::fs::rename(&beside, path).map_err(io)
+    files::write(path, &bytes)
 }
 
 /// Reads the state of a picture of `width` x `height` pixels of `subject`; an empty picture where
