@@ -1,10 +1,11 @@
 //! Arguments that several commands share, and the parsers that turn nonsense away.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glam::Vec3;
 
+use super::inputs;
 use super::limits::LimitArgs;
 use crate::Result;
 use crate::codec::points::PointWidths;
@@ -16,9 +17,10 @@ use crate::trace::Aabb;
 /// Which scene, seen from where, when, and how large.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArgs {
-    /// A glTF 2.0 file (.glb or .gltf), or `hall` for the built-in scene.
+    /// A glTF 2.0 file (.glb or .gltf), `-` for one on standard input, or `hall` for the built-in
+    /// scene.
     #[arg(value_name = "SCENE")]
-    pub scene: String,
+    pub scene: PathBuf,
     #[command(flatten)]
     pub view: ViewArgs,
 }
@@ -246,24 +248,33 @@ pub struct Rate {
 }
 
 impl SceneArgs {
-    /// Loads the scene.
+    /// Loads the scene; no output can replace its files from then on.
     ///
     /// # Errors
-    /// As [`Scene::load`].
+    /// As [`Scene::load`] and [`inputs::scene_from_stdin`].
     pub fn load(&self) -> Result<Scene> {
-        if self.scene == "hall" {
-            Ok(Scene::hall())
-        } else {
-            Scene::load(Path::new(&self.scene))
+        if self.scene == Path::new("hall") {
+            return Ok(Scene::hall());
         }
+        if inputs::is_dash(&self.scene) {
+            return inputs::scene_from_stdin();
+        }
+        let scene = Scene::load(&self.scene)?;
+        inputs::protect_scene(&self.scene);
+        Ok(scene)
     }
 }
 
 impl ViewArgs {
     /// The time to show in seconds: `--time`, or `--frame` at `fps`, or 0.
     pub fn seconds(&self, fps: Rate) -> f64 {
+        self.time_at(fps.hz()).unwrap_or(0.0)
+    }
+
+    /// The time that was asked for in seconds, with frames at a rate in Hz.
+    pub fn time_at(&self, rate: f64) -> Option<f64> {
         self.time
-            .unwrap_or_else(|| f64::from(self.frame.unwrap_or(0)) / fps.hz())
+            .or(self.frame.map(|frame| f64::from(frame) / rate))
     }
 
     /// `--eye` and `--target`.

@@ -4,6 +4,7 @@
 mod probes;
 
 use super::args::{EncodeArgs, Model, Rate, SceneArgs, ViewArgs};
+use super::effects::{self, Given};
 use super::output;
 use super::progress::Progress;
 use crate::limits::check_tracks;
@@ -19,7 +20,7 @@ use crate::points::server::{Options, Server};
 use crate::render::{Backend, Renderer};
 use crate::scene::Scene;
 use crate::stream::{Job, View};
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -33,12 +34,13 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     encode: EncodeArgs,
-    /// Densities to measure, before thinning; overrides --density.
+    /// Densities to measure, before thinning, instead of the one of --density.
     #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "64,256,1024",
-        value_parser = super::args::density)]
+        value_parser = super::args::density, conflicts_with = "density")]
     densities: Vec<f64>,
     /// Cameras to measure; all of the scene's if not given.
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',',
+        conflicts_with_all = ["camera", "eye"])]
     cameras: Vec<String>,
     /// Frames a camera that are scored, spread evenly over the run.
     #[arg(long, value_name = "COUNT", default_value = "8",
@@ -65,7 +67,7 @@ pub struct Args {
     /// Measure `probes` over degree, samples and hysteresis as well.
     #[arg(long)]
     curves: bool,
-    /// Folder for the tables, charts and the page; it is made if it is missing.
+    /// Folder for the tables, charts and the page; missing folders are made.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
 }
@@ -91,30 +93,35 @@ struct Seat {
 /// # Errors
 /// `Scene` for an unusable scene, `Invalid` for cameras it does not have, `Io` where the folder
 /// cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
+    let mut active = args.encode.active();
+    active.extend(given.has("frame").then_some(effects::FRAME));
+    active.extend(given.has("frames").then_some(effects::FRAMES));
+    given.warn_without_effect(&active);
     match args.encode.model[..] {
         [Model::Points] => {}
         [Model::Probes] => return probes::run(args),
-        _ => return Err(Error::Invalid("chart one model at a time".into())),
+        _ => return Err(Error::Usage("chart one model at a time".into())),
     }
     let scene = args.scene.open()?;
-    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io {
-        path: args.output.clone(),
-        source,
-    })?;
+    files::create_folder(&args.output)?;
     let points = args.encode.options(args.scene.view.aspect());
     let job = args.encode.job(&scene, &args.scene.view)?;
     let mut renderer = Renderer::new(&scene, Backend::Auto)?;
     let seats = seats(args, &scene, &job, &mut renderer)?;
 
+    let densities = match given.has("density") {
+        true => &vec![args.encode.density],
+        false => &args.densities,
+    };
     let mut rates = vec![args.encode.fps];
     rates.extend(args.server_rates.iter().filter(|r| **r != args.encode.fps));
     let bar = Progress::new(
         "Measuring runs",
-        (args.densities.len() * seats.len() * rates.len()) as u64,
+        (densities.len() * seats.len() * rates.len()) as u64,
     );
     let mut rows: Vec<Row> = Vec::new();
-    for density in args.densities.iter().map(|&d| d as f32) {
+    for density in densities.iter().map(|&d| d as f32) {
         let options = Options {
             density: Density {
                 candidates: density,

@@ -1,6 +1,7 @@
 //! `dapple conformance`: holds a decoder against the conformance vectors.
 
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Duration;
@@ -18,6 +19,7 @@ use glam::Vec3;
 use super::progress::Progress;
 use super::{output, tell};
 use crate::codec::{Decoder, LiveTrack};
+use crate::files::{self, NewFile};
 use crate::points::sample::{self, Fallback};
 use crate::probes;
 use crate::probes::client::ProbesVolume;
@@ -62,7 +64,7 @@ pub struct Args {
     #[arg(long, value_name = "MIB", default_value = "4096", requires = "decoder",
         value_parser = clap::value_parser!(u32).range(0..=16_777_216))]
     memory: u32,
-    /// Write a report as JSON to this file.
+    /// Write a report as JSON to this file. Missing folders are made.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write a report as JUnit XML to this file.
@@ -84,14 +86,24 @@ where
 /// Runs the command.
 ///
 /// # Errors
-/// `Io` where a report cannot be written. What is wrong with the arguments is told here, with exit
+/// As [`NewFile::create`] and [`NewFile::finish`] of the reports. What is wrong with the arguments is told here, with exit
 /// code 2.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(skip) = &args.skip {
+        files::protect(skip);
+    }
+    // A report that cannot be written is told before the run.
+    let create = |path: &Option<PathBuf>| path.as_deref().map(NewFile::create).transpose();
+    let reports = [
+        create(&args.json)?,
+        create(&args.junit)?,
+        create(&args.html)?,
+    ];
     // The clauses first: they may be wrong, and a run takes its time.
     match clauses(args).and_then(|clauses| Ok((held(args)?, clauses))) {
         Ok((report, clauses)) => {
             output::print(&report::text(&report))?;
-            write_reports(args, &report, &clauses)?;
+            write_reports(reports, &report, &clauses)?;
             Ok(ExitCode::from(u8::from(!report.passed())))
         }
         Err(sentence) => {
@@ -191,17 +203,23 @@ fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2
     [light.irradiance.to_array(), light.filtered.to_array()]
 }
 
-fn write_reports(args: &Args, report: &Report, clauses: &[Clause]) -> Result<()> {
-    if let Some(path) = &args.json {
-        write(path, &report::json(report))?;
-    }
-    if let Some(path) = &args.junit {
-        write(path, &report::junit(report))?;
-    }
-    if let Some(path) = &args.html {
-        write(path, &report::html(report, clauses))?;
-    }
-    Ok(())
+/// Writes those reports that were asked for: JSON, JUnit XML, and a web page.
+fn write_reports(
+    [json, junit, html]: [Option<NewFile>; 3],
+    report: &Report,
+    clauses: &[Clause],
+) -> Result<()> {
+    let write = |file: Option<NewFile>, text: &dyn Fn() -> String| match file {
+        None => Ok(()),
+        Some(mut file) => {
+            let written = file.write_all(text().as_bytes());
+            written.map_err(|e| file.error(e))?;
+            file.finish()
+        }
+    };
+    write(json, &|| report::json(report))?;
+    write(junit, &|| report::junit(report))?;
+    write(html, &|| report::html(report, clauses))
 }
 
 /// The clauses that a web page tells the coverage of: those of the specification beside the
@@ -221,11 +239,4 @@ fn clauses(args: &Args) -> std::result::Result<Vec<Clause>, String> {
         }
     };
     clauses::read(&clauses::chapters(&folder)?)
-}
-
-fn write(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).map_err(|source| Error::Io {
-        path: path.to_path_buf(),
-        source,
-    })
 }

@@ -1,8 +1,10 @@
 //! `dapple demo`: the main job from end to end, on the built-in scene unless another is named.
 
-use super::args::{EncodeArgs, SceneArgs, ViewArgs};
+use super::args::{EncodeArgs, Model, SceneArgs, ViewArgs};
+use super::effects::Given;
 use super::output;
 use super::progress::Progress;
+use crate::files::{self, NewFile};
 use crate::measure::difference::signed_picture;
 use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
 use crate::measure::metrics::psnr_text;
@@ -21,10 +23,10 @@ use std::time::Instant;
 /// Encode, decode and render a scene, compare it with a ray-traced reference, and write a report.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A glTF file, or `hall` for the built-in scene.
+    /// A glTF file, `-` for one on standard input, or `hall` for the built-in scene.
     #[arg(value_name = "SCENE", default_value = "hall")]
-    scene: String,
-    /// Folder for the stream, the pictures and the report; it is made if it is missing.
+    scene: PathBuf,
+    /// Folder for the stream, the pictures and the report; missing folders are made.
     #[arg(long, value_name = "DIR", default_value = "dapple-demo")]
     out: PathBuf,
     #[command(flatten)]
@@ -53,8 +55,14 @@ struct Figures<'a> {
 ///
 /// # Errors
 /// `Scene` for an unusable scene, `Io` where the folder cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let clock = Instant::now();
+    if args.encode.model[..] != [Model::Points] {
+        return Err(Error::Usage(
+            "the demo shows --model points alone; chart measures probes".into(),
+        ));
+    }
+    given.warn_without_effect(&args.encode.active());
     let scene_args = SceneArgs {
         scene: args.scene.clone(),
         view: args.view.clone(),
@@ -66,10 +74,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let options = encode.options(args.view.aspect());
     let job = encode.job(&scene, &args.view)?;
-    std::fs::create_dir_all(&args.out).map_err(|source| Error::Io {
-        path: args.out.clone(),
-        source,
-    })?;
+    files::create_folder(&args.out)?;
     let (width, height) = args.view.size;
     let quality = Quality {
         width,
@@ -97,12 +102,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })?;
     drop(bar);
 
-    let path = args.out.join("stream.dapple");
-    let io = |source| Error::Io {
-        path: path.clone(),
-        source,
-    };
-    let mut file = std::io::BufWriter::new(std::fs::File::create(&path).map_err(io)?);
+    let mut file = NewFile::create(&args.out.join("stream.dapple"))?;
     let bar = Progress::new("Encoding frames", job.frames as u64);
     let evaluation = evaluate(
         server,
@@ -113,10 +113,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         &reference,
         |bytes| {
             bar.step(1);
-            file.write_all(bytes).map_err(io)
+            file.write_all(bytes).map_err(|e| file.error(e))
         },
     )?;
-    file.flush().map_err(io)?;
+    file.finish()?;
     drop(bar);
 
     let reference = &reference[0];
@@ -174,7 +174,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     ];
 
     let page = page(
-        &args.scene,
+        &scene.name,
         &evaluation,
         images,
         renderer.name(),

@@ -1,8 +1,8 @@
 //! From arguments to what the library is asked for.
 
 use super::args::{self, EncodeArgs, Model, ProbesArgs, SceneArgs, ViewArgs};
-use super::output;
 use super::progress::Progress;
+use super::{effects, output};
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
@@ -42,6 +42,21 @@ impl ViewArgs {
 }
 
 impl EncodeArgs {
+    /// The choices that decide which other options have an effect.
+    pub fn active(&self) -> Vec<&'static str> {
+        let points = self.model.contains(&Model::Points);
+        let probes = self.model.contains(&Model::Probes);
+        let packed = self.probes.coding == args::Coding::Packed;
+        let choices = [
+            (points, effects::POINTS),
+            (points && !self.no_visibility, effects::VISIBILITY),
+            (probes, effects::PROBES),
+            (probes && packed, effects::PACKED),
+        ];
+        let active = choices.iter().filter(|(active, _)| *active);
+        active.map(|(_, choice)| *choice).collect()
+    }
+
     /// The server's options.
     pub fn options(&self, aspect: f32) -> Options {
         Options {

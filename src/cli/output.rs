@@ -1,10 +1,14 @@
 //! What commands print: results on stdout, warnings on stderr.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
+use super::inputs::is_dash;
+use crate::files::NewFile;
 use crate::{Error, Result};
 
 /// The name that errors give standard output.
@@ -20,6 +24,68 @@ pub fn print(text: &str) -> Result<()> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
         .map_err(error)
+}
+
+/// Where the main output of a command goes.
+pub enum Sink {
+    File(NewFile),
+    Stdout,
+}
+
+impl Sink {
+    /// Starts an output: a file, or stdout for `-`.
+    ///
+    /// # Errors
+    /// As [`NewFile::create`], and `Usage` where stdout is a terminal or has another output already.
+    pub fn create(path: &Path) -> Result<Sink> {
+        static TAKEN: AtomicBool = AtomicBool::new(false);
+        if !is_dash(path) {
+            return Ok(Sink::File(NewFile::create(path)?));
+        }
+        let usage = |what: &str| Err(Error::Usage(format!("{NAME} (-) {what}")));
+        if TAKEN.swap(true, Ordering::Relaxed) {
+            return usage("is named for two outputs");
+        }
+        if std::io::stdout().is_terminal() {
+            return usage("is a terminal; redirect it to a file or a pipe");
+        }
+        Ok(Sink::Stdout)
+    }
+
+    /// Writes bytes.
+    ///
+    /// # Errors
+    /// `Io` where they cannot be written.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        match self {
+            Sink::File(file) => file.write_all(bytes).map_err(|e| file.error(e)),
+            Sink::Stdout => std::io::stdout().write_all(bytes).map_err(error),
+        }
+    }
+
+    /// Ends the output: a file appears.
+    ///
+    /// # Errors
+    /// As [`NewFile::finish`].
+    pub fn finish(self) -> Result<()> {
+        match self {
+            Sink::File(file) => file.finish(),
+            Sink::Stdout => std::io::stdout().flush().map_err(error),
+        }
+    }
+}
+
+/// Prints what there is to say of an output at `path`: on stdout, or on stderr where the output
+/// itself has stdout.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_about(path: &Path, text: &str) -> Result<()> {
+    if !is_dash(path) {
+        return print(&format!("{}: {text}", path.display()));
+    }
+    let _ = write!(std::io::stderr(), "{NAME}: {text}");
+    Ok(())
 }
 
 /// Prints one JSON document. A float that is not finite becomes `null`.

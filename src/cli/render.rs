@@ -2,43 +2,48 @@
 
 mod path;
 mod probes;
+mod received;
 
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
+use super::effects::{self, Given};
+use super::inputs::is_dash;
 use super::limits::LimitArgs;
-use super::{output, stream};
-use crate::codec::Limits;
+use super::output::{self, Sink};
+use crate::files;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
-use crate::points::client::Client;
 use crate::points::sample::Fallback;
 use crate::render::gbuffer::Lookup;
-use crate::render::{Backend, Renderer, composite};
+use crate::render::{Backend, Picture, Renderer, composite};
+use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::{Error, Result};
+use received::Received;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Render one frame of a scene to a PNG file, lit by a stream or by a reference.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The stream, `-` for standard input; not needed for `--method rtao`, `none`, `path` and `direct`.
+    /// The stream, `-` for one on standard input; not needed for `--method rtao`, `none`, `path` and
+    /// `direct`.
     #[arg(value_name = "STREAM")]
     stream: Option<PathBuf>,
-    /// The scene that the stream was made for: a glTF file, or `hall`.
+    /// The scene that the stream was made for: a glTF file, `-` for one on standard input, or `hall`.
     #[arg(long, value_name = "SCENE")]
-    scene: String,
+    scene: PathBuf,
     #[command(flatten)]
     view: ViewArgs,
     #[command(flatten)]
     client: ClientArgs,
-    /// Where ambient occlusion, or all light, comes from.
-    #[arg(long, default_value = "points")]
-    method: Method,
+    /// Where ambient occlusion, or all light, comes from; the model of the stream if not given.
+    #[arg(long)]
+    method: Option<Method>,
     /// How probes are interpolated.
     #[arg(long, default_value = "resistant")]
     interpolation: probes::Between,
-    /// Frames a second that `--frame` counts in.
-    #[arg(long, value_name = "RATE", default_value = "60")]
-    fps: Rate,
+    /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
+    #[arg(long, value_name = "RATE")]
+    fps: Option<Rate>,
     /// Length of the reference's occlusion rays in metres.
     #[arg(long, value_name = "M", default_value = "0.6", value_parser = args::distance)]
     distance: f32,
@@ -56,14 +61,14 @@ pub struct Args {
     /// Write ambient occlusion alone, as a gray picture.
     #[arg(long)]
     ao_only: bool,
-    /// The PNG file.
+    /// The PNG file; `-` for standard output. Missing folders are made.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Method {
-    /// Out of the stream.
+pub enum Method {
+    /// Ambient occlusion out of the stream.
     Points,
     /// Ray-traced per pixel: the reference.
     Rtao,
@@ -87,66 +92,109 @@ enum Drawing {
     Cpu,
 }
 
+/// Frames a second of `--frame` where there is no stream.
+const FPS: f64 = 60.0;
+
 /// Runs the command.
 ///
 /// # Errors
-/// `Scene`, `Io`, `Codec` for unusable files, `Invalid` for what scene or stream do not have.
-pub fn run(args: &Args) -> Result<ExitCode> {
+/// `Scene`, `Io`, `Codec` for unusable files, `Invalid` for what scene or stream do not have,
+/// `Usage` for outputs that cannot be taken and for a method without its stream.
+pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
+    check_extension(&args.output, "png")?;
+    if let Some(linear) = args.path.linear() {
+        check_extension(linear, "pfm")?;
+    }
+    if is_dash(&args.scene) && args.stream.as_deref().is_some_and(is_dash) {
+        let text = "standard input (-) is named for two inputs";
+        return Err(Error::Usage(text.into()));
+    }
+    let needs_stream = args.method.is_none_or(Method::needs_stream);
+    let path = args.stream.as_deref();
+    if needs_stream && path.is_none() {
+        let text = "name a stream, or choose --method rtao, none, path or direct";
+        return Err(Error::Usage(text.into()));
+    }
     let scene = SceneArgs {
         scene: args.scene.clone(),
         view: args.view.clone(),
     }
     .open()?;
     let view = args.view.view(&scene)?;
-    let seconds = args.view.seconds(args.fps);
-    let pose = scene.pose(seconds);
-    let (width, height) = args.view.size;
-    if let Method::Path | Method::Direct = args.method {
-        let camera = view.at(&pose);
-        let direct_only = args.method == Method::Direct;
-        return path::run(&args.path, &scene, &pose, &camera, args, direct_only);
-    }
-    let backend = match args.backend {
-        Drawing::Auto => Backend::Auto,
-        Drawing::Gpu => Backend::Gpu,
-        Drawing::Cpu => Backend::Cpu,
+    let received = match path {
+        Some(path) if needs_stream => Some((Received::read(path, &scene, args)?, path)),
+        Some(path) => {
+            files::protect(path);
+            None
+        }
+        None => None,
     };
-    let mut renderer = Renderer::new(&scene, backend)?;
+    let method = match &received {
+        Some((received, path)) => received.method(args.method, path)?,
+        None => args.method.unwrap_or(Method::None),
+    };
+    given.warn_without_effect(&args.active(method));
+    let seconds = match &received {
+        Some((received, _)) => received.seconds,
+        None => {
+            let rate = args.fps.map_or(FPS, Rate::hz);
+            args.view.time_at(rate).unwrap_or(0.0)
+        }
+    };
+    let pose = scene.pose(seconds);
     let camera = view.at(&pose);
-    if let Method::Probes | Method::Ddgi = args.method {
-        return probes::run(args, &scene, &pose, seconds, &camera, &mut renderer);
-    }
+    // Before the work: an output that cannot be written is told at once.
+    let mut sink = Sink::create(&args.output)?;
+    let (picture, note) = if let Method::Path | Method::Direct = method {
+        let direct_only = method == Method::Direct;
+        path::picture(&args.path, &scene, &pose, &camera, args, direct_only)?
+    } else {
+        let mut renderer = Renderer::new(&scene, args.backend.into())?;
+        let received = received.as_ref().map(|(received, _)| received);
+        let (picture, note) = drawn(
+            args,
+            method,
+            &scene,
+            &pose,
+            received,
+            &camera,
+            &mut renderer,
+        )?;
+        (picture, format!("drawn by {}{note}", renderer.name()))
+    };
+    sink.write(&picture.to_png()?)?;
+    sink.finish()?;
+    output::print_about(&args.output, &format!("{note}\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
 
+/// A picture by a method that rasterises, and a note about it.
+fn drawn(
+    args: &Args,
+    method: Method,
+    scene: &Scene,
+    pose: &Pose,
+    received: Option<&Received>,
+    camera: &CameraPose,
+    renderer: &mut Renderer,
+) -> Result<(Picture, String)> {
+    let (width, height) = args.view.size;
     let mut note = String::new();
-    let (frame, ao) = match args.method {
-        Method::None | Method::Path | Method::Direct | Method::Probes | Method::Ddgi => {
-            let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
-            let open = vec![1.0; frame.gbuffer.fragments.len()];
-            (frame, open)
+    let (frame, ao) = match (method, received) {
+        (Method::Probes | Method::Ddgi, Some(received)) => {
+            let client = &received.client;
+            let picture = probes::picture(args, method, scene, pose, client, camera, renderer)?;
+            return Ok((picture, format!("; stream frame {}", received.frame.0)));
         }
-        Method::Rtao => {
-            let frame = renderer.frame(&pose, Lookup::Rest, &camera, width, height)?;
-            let tracer = Tracer::new(&scene, &pose);
-            let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, args.distance, 0);
-            (frame, mean_of_halves(&a, &b))
-        }
-        Method::Points => {
-            let path = args.stream.as_deref().ok_or_else(|| {
-                Error::Invalid("name a stream, or choose --method rtao or none".into())
-            })?;
-            // The newest server frame that has arrived by now.
-            let sent = args.client.newest_at(seconds, args.fps);
-            let client = read_until(path, &scene, sent, args.limits.limits())?;
-            let (number, time) = client.last_frame().ok_or_else(|| {
-                Error::Invalid(format!("{}: the stream has no frame", path.display()))
-            })?;
+        (Method::Points, Some(received)) => {
+            let (client, (number, time)) = (&received.client, received.frame);
             let server_pose = scene.pose(time);
             let lookup = if client.looks_up_rest_pose() {
                 Lookup::Rest
             } else {
                 Lookup::Posed(&server_pose)
             };
-            let frame = renderer.frame(&pose, lookup, &camera, width, height)?;
+            let frame = renderer.frame(pose, lookup, camera, width, height)?;
             let points =
                 renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
             note = format!(
@@ -155,79 +203,85 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             );
             (frame, points.ao)
         }
+        (Method::Rtao, _) => {
+            let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
+            let tracer = Tracer::new(scene, pose);
+            let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, args.distance, 0);
+            (frame, mean_of_halves(&a, &b))
+        }
+        _ => {
+            let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
+            let open = vec![1.0; frame.gbuffer.fragments.len()];
+            (frame, open)
+        }
     };
     let picture = if args.ao_only {
         composite::ao_picture(&frame.gbuffer, &ao)
     } else {
         frame.composite(Some(&ao))
     };
-    picture.write_png(&args.output)?;
-    output::print(&format!(
-        "{}: drawn by {}{note}\n",
-        args.output.display(),
-        renderer.name()
-    ))?;
-    Ok(ExitCode::SUCCESS)
+    Ok((picture, note))
+}
+
+/// Refuses a file whose name promises another format than `extension`.
+fn check_extension(path: &Path, extension: &str) -> Result<()> {
+    match path.extension() {
+        Some(found) if !is_dash(path) && !found.eq_ignore_ascii_case(extension) => {
+            Err(Error::Usage(format!(
+                "{}: this is written as {}; name a file that ends with .{extension}",
+                path.display(),
+                extension.to_uppercase()
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Args {
+    /// The choices that decide which other options have an effect.
+    fn active(&self, method: Method) -> Vec<&'static str> {
+        let mut active = vec![method.choice()];
+        let spread = method == Method::Direct && self.path.supersample();
+        active.extend(spread.then_some(effects::SPREAD));
+        active.extend(self.view.frame.map(|_| effects::FRAME));
+        active
+    }
+}
+
+impl Method {
+    fn needs_stream(self) -> bool {
+        matches!(self, Method::Points | Method::Probes | Method::Ddgi)
+    }
+
+    /// As the user types it.
+    fn choice(self) -> &'static str {
+        match self {
+            Method::Points => effects::METHOD_POINTS,
+            Method::Rtao => effects::RTAO,
+            Method::None => effects::NONE,
+            Method::Path => effects::PATH,
+            Method::Direct => effects::DIRECT,
+            Method::Probes => effects::METHOD_PROBES,
+            Method::Ddgi => effects::DDGI,
+        }
+    }
+}
+
+impl From<Drawing> for Backend {
+    fn from(drawing: Drawing) -> Backend {
+        match drawing {
+            Drawing::Auto => Backend::Auto,
+            Drawing::Gpu => Backend::Gpu,
+            Drawing::Cpu => Backend::Cpu,
+        }
+    }
 }
 
 impl ClientArgs {
-    /// Animation time of the newest server frame that a client showing `seconds` has.
-    pub fn newest_at(&self, seconds: f64, stream_rate: Rate) -> f64 {
-        let server = self.server_fps.unwrap_or(stream_rate).hz();
-        let arrived = (seconds - self.latency_ms * 1e-3).max(0.0);
-        (arrived * server + 1e-6).floor() / server
-    }
-
     pub fn fallback(&self) -> Fallback {
         match self.fallback {
             args::Fallback::One => Fallback::One,
             args::Fallback::Mend => Fallback::Mend,
-        }
-    }
-}
-
-/// Decodes a stream up to the last frame whose time is not after `seconds`; the first frame in any
-/// case.
-fn read_until(
-    path: &Path,
-    scene: &crate::scene::Scene,
-    seconds: f64,
-    limits: Limits,
-) -> Result<Client> {
-    let named = |error| match error {
-        Error::Codec(fault) => stream::error(path, &fault),
-        Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
-        other => other,
-    };
-    let mut source = stream::Source::open(path)?;
-    let mut client = Client::new(scene, limits);
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        let read = source.read(&mut buffer)?;
-        if read == 0 {
-            client
-                .decoder()
-                .finish_live()
-                .map_err(|fault| stream::error(path, &fault))?;
-            return Ok(client);
-        }
-        let mut bytes = &buffer[..read];
-        while !bytes.is_empty() && !client.ended() {
-            // The rate is known once the first frame is there.
-            let next = client.last_frame().map_or(0, |(number, _)| number + 1);
-            if let (Some((_, time)), Some(rate)) =
-                (client.last_frame(), client.decoder().tick_rate())
-            {
-                let step = 1.0 / rate.hz();
-                if time + step > seconds + 1e-6 {
-                    return Ok(client);
-                }
-            }
-            let (used, _) = client.push_until(bytes, next).map_err(named)?;
-            bytes = &bytes[used..];
-        }
-        if client.ended() {
-            return Ok(client);
         }
     }
 }

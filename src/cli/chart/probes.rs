@@ -28,7 +28,7 @@ use crate::scene::Scene;
 use crate::trace::Tracer;
 use crate::trace::path::PathTracer;
 use crate::trace::path::bsdf::luminance;
-use crate::{Error, Result};
+use crate::{Result, files};
 use glam::Vec3;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -201,10 +201,7 @@ fn variants(request: &Request) -> [Variant; 4] {
 /// As [`super::run`].
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scene = args.scene.open()?;
-    std::fs::create_dir_all(&args.output).map_err(|source| Error::Io {
-        path: args.output.clone(),
-        source,
-    })?;
+    files::create_folder(&args.output)?;
     let view = args.scene.view.view(&scene)?;
     let time = args.scene.view.seconds(args.encode.fps);
     let pose = scene.pose(time);

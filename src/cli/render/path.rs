@@ -1,8 +1,9 @@
 //! `dapple render --method path` and `direct`: pictures by path tracing.
 
+use crate::Result;
 use crate::cli::args::exposure;
 use crate::cli::job::warn_if_dark;
-use crate::cli::output;
+use crate::cli::output::Sink;
 use crate::cli::progress::Progress;
 use crate::measure::metrics::psnr;
 use crate::render::Picture;
@@ -12,11 +13,8 @@ use crate::render::tone::develop;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::trace::path::{PathTracer, Sky};
-use crate::{Error, Result};
 use glam::Vec3;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Samples that a pass adds to each half of the picture: the state is saved between passes.
 const PASS: u32 = 8;
@@ -56,6 +54,16 @@ pub struct PathArgs {
 }
 
 impl PathArgs {
+    /// Whether samples are spread over pixels.
+    pub fn supersample(&self) -> bool {
+        self.supersample
+    }
+
+    /// The file of linear radiance.
+    pub fn linear(&self) -> Option<&Path> {
+        self.linear.as_deref()
+    }
+
     pub fn sky(&self) -> Sky {
         self.sky.unwrap_or_default()
     }
@@ -72,18 +80,21 @@ enum Shown {
     Indirect,
 }
 
-/// Draws the picture that the arguments ask for.
+/// The picture that the arguments ask for, and a note about it. Writes its state and its linear
+/// radiance where they are asked for.
 ///
 /// # Errors
-/// `Io` for files that cannot be read or written, `Invalid` for a state of another picture.
-pub fn run(
+/// `Io` for files that cannot be read or written, `Invalid` for a state of another picture, and as
+/// [`Sink::create`].
+pub fn picture(
     own: &PathArgs,
     scene: &Scene,
     pose: &Pose,
     camera: &CameraPose,
     args: &super::Args,
     direct_only: bool,
-) -> Result<ExitCode> {
+) -> Result<(Picture, String)> {
+    let linear = own.linear.as_deref().map(Sink::create).transpose()?;
     let (width, height) = args.view.size;
     let sky = own.sky();
     warn_if_dark(scene, &sky);
@@ -139,31 +150,24 @@ pub fn run(
         );
         (picture.light(part), note)
     };
-    if let Some(path) = &own.linear {
-        write_pfm(path, width, &light)?;
+    if let Some(mut sink) = linear {
+        sink.write(&pfm(width, &light))?;
+        sink.finish()?;
     }
-    Picture::from_linear(width, height, &develop(&light, own.exposure)).write_png(&args.output)?;
-    output::print(&format!("{}: {note}\n", args.output.display()))?;
-    Ok(ExitCode::SUCCESS)
+    let picture = Picture::from_linear(width, height, &develop(&light, own.exposure));
+    Ok((picture, note))
 }
 
 /// Portable FloatMap: three little-endian floats a pixel, rows from the bottom.
-fn write_pfm(path: &Path, width: u32, light: &[Vec3]) -> Result<()> {
+fn pfm(width: u32, light: &[Vec3]) -> Vec<u8> {
     let width = width.max(1) as usize;
-    let mut bytes = Vec::with_capacity(light.len() * 12 + 32);
-    let write = |bytes: &mut Vec<u8>| -> std::io::Result<()> {
-        write!(bytes, "PF\n{width} {}\n-1.0\n", light.len() / width)?;
-        for row in light.chunks(width).rev() {
-            for value in row.iter().flat_map(|c| c.to_array()) {
-                bytes.write_all(&value.to_le_bytes())?;
-            }
+    let mut bytes = format!("PF\n{width} {}\n-1.0\n", light.len() / width).into_bytes();
+    for row in light.chunks(width).rev() {
+        for value in row.iter().flat_map(|c| c.to_array()) {
+            bytes.extend_from_slice(&value.to_le_bytes());
         }
-        std::fs::write(path, &bytes)
-    };
-    write(&mut bytes).map_err(|source| Error::Io {
-        path: path.into(),
-        source,
-    })
+    }
+    bytes
 }
 
 fn sky(text: &str) -> std::result::Result<Sky, String> {

@@ -1,10 +1,11 @@
 //! `dapple render --method probes` and `ddgi`: pictures by rasterised direct light and indirect light
 //! from probes.
 
-use super::{Args, Method, read_until};
-use crate::cli::output;
+use super::{Args, Method};
+use crate::Result;
 use crate::cli::progress::Progress;
 use crate::measure::light::{Seen, WARM_UP, from_ddgi, settled_ddgi};
+use crate::points::client::Client;
 use crate::probes::client::ProbesVolume;
 use crate::probes::server::Options;
 use crate::probes::volume::Volume;
@@ -16,9 +17,7 @@ use crate::render::{Picture, Renderer};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::trace::path::{PathTracer, Sky};
-use crate::{Error, Result};
 use glam::Vec3;
-use std::process::ExitCode;
 
 /// Texels a side of a shadow map.
 const SHADOW_SIDE: u32 = 2048;
@@ -34,43 +33,32 @@ pub enum Between {
     Resistant,
 }
 
-/// Draws the picture that the arguments ask for.
+/// The picture that the arguments ask for, of a client with a volume of probes.
 ///
 /// # Errors
-/// `Io`, `Codec` for unusable streams, `Invalid` for one without a volume of probes.
-pub fn run(
+/// As [`Renderer::gbuffer`] and [`Renderer::lit`].
+pub fn picture(
     args: &Args,
+    method: Method,
     scene: &Scene,
     pose: &Pose,
-    seconds: f64,
+    client: &Client,
     camera: &CameraPose,
     renderer: &mut Renderer,
-) -> Result<ExitCode> {
-    let path = args.stream.as_deref().ok_or_else(|| {
-        Error::Invalid(
-            "name a stream with a volume of probes, or choose --method path or direct".into(),
-        )
-    })?;
-    let sent = args.client.newest_at(seconds, args.fps);
-    let client = read_until(path, scene, sent, args.limits.limits())?;
+) -> Result<Picture> {
     let decoder = client.decoder();
     let live = decoder.tracks().iter();
     let volumes: Vec<ProbesVolume> = live
         .filter_map(|live| ProbesVolume::new(decoder, live))
         .collect();
     let views: Vec<ProbeVolume> = volumes.iter().map(ProbeVolume::of).collect();
-    let Some((number, _)) = client.last_frame().filter(|_| !views.is_empty()) else {
-        let path = path.display();
-        let text = format!("{path}: the stream has no frame with a volume of probes");
-        return Err(Error::Invalid(text));
-    };
     let (width, height) = args.view.size;
     let sky = args.path.sky();
     let gbuffer = renderer.gbuffer(pose, Lookup::Rest, camera, width, height)?;
     let supplied: Vec<Indirect>;
-    let source = match args.method {
-        Method::Ddgi => {
-            supplied = by_ddgi(args, scene, pose, camera, &views[0], &sky);
+    let source = match (method, views.first()) {
+        (Method::Ddgi, Some(volume)) => {
+            supplied = by_ddgi(args, scene, pose, camera, volume, &sky);
             Source::Supplied(&supplied)
         }
         _ => Source::Probes {
@@ -83,13 +71,7 @@ pub fn run(
     };
     let (lit, _) = renderer.lit(&gbuffer, pose, camera, &sky, &source, SHADOW_SIDE)?;
     let developed = develop(&lit.radiance(), args.path.exposure());
-    Picture::from_linear(width, height, &developed).write_png(&args.output)?;
-    output::print(&format!(
-        "{}: drawn by {}; stream frame {number}\n",
-        args.output.display(),
-        renderer.name()
-    ))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Picture::from_linear(width, height, &developed))
 }
 
 /// Indirect light by the baseline, with its probes where the stream has them.

@@ -1,0 +1,158 @@
+//! What a client has of a stream at the time that is shown.
+
+use super::{Args, Method};
+use crate::cli::args::Rate;
+use crate::cli::stream;
+use crate::codec::{Model, TickRate};
+use crate::points::client::Client;
+use crate::scene::Scene;
+use crate::{Error, Result, files};
+use std::path::Path;
+
+/// Seconds by which times of the same frame may differ.
+const SAME: f64 = 1e-6;
+
+/// A client at the newest frame that has arrived.
+pub struct Received {
+    pub client: Client,
+    /// Its frame: number and time in seconds.
+    pub frame: (u32, f64),
+    /// Time that is shown.
+    pub seconds: f64,
+}
+
+impl Received {
+    /// Decodes a stream up to the newest frame that has arrived at the time to show: that of
+    /// `--frame` or `--time`, or else of the stream's first frame.
+    ///
+    /// # Errors
+    /// As [`stream::Source::open`] and [`Client::push`]; `Invalid` for a time that the stream does not
+    /// reach. Light of a scene in which nothing moves stays right after the last frame.
+    pub fn read(path: &Path, scene: &Scene, args: &Args) -> Result<Received> {
+        let named = |error| match error {
+            Error::Codec(fault) => stream::error(path, &fault),
+            Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
+            other => other,
+        };
+        let mut source = stream::Source::open(path)?;
+        files::protect(path);
+        let mut client = Client::new(scene, args.limits.limits());
+        let mut buffer = vec![0; 1 << 16];
+        let mut unread = 0..0;
+        let mut times = None;
+        loop {
+            if let (Some(frame), Some(rate)) = (client.last_frame(), client.decoder().tick_rate()) {
+                let times = match times {
+                    Some(times) => times,
+                    None => *times.insert(Times::new(args, frame.1, rate).map_err(named)?),
+                };
+                if frame.1 + 1.0 / rate.hz() > times.arrived + SAME {
+                    return Ok(Received::new(client, frame, times));
+                }
+            }
+            if client.ended() {
+                break;
+            }
+            if unread.is_empty() {
+                unread = 0..source.read(&mut buffer)?;
+                if unread.is_empty() {
+                    let end = client.decoder().finish_live();
+                    end.map_err(|fault| stream::error(path, &fault))?;
+                    break;
+                }
+            }
+            let next = client.last_frame().map_or(0, |(number, _)| number + 1);
+            let (used, _) = client
+                .push_until(&buffer[unread.clone()], next)
+                .map_err(named)?;
+            unread.start += used;
+        }
+        match (client.last_frame(), times) {
+            (Some(frame), Some(times)) if scene.duration == 0.0 => {
+                Ok(Received::new(client, frame, times))
+            }
+            (Some((_, last)), Some(times)) => Err(named(Error::Invalid(format!(
+                "its last frame is {}, before {}",
+                times.name(last),
+                times.name(times.shown)
+            )))),
+            _ => Err(named(Error::Invalid("the stream has no frame".into()))),
+        }
+    }
+
+    fn new(client: Client, frame: (u32, f64), times: Times) -> Received {
+        Received {
+            client,
+            frame,
+            seconds: times.shown,
+        }
+    }
+
+    /// The method that was asked for, or the one for what the stream carries: `probes` where it has
+    /// both models.
+    ///
+    /// # Errors
+    /// `Invalid` for a stream without what the method needs.
+    pub fn method(&self, asked: Option<Method>, path: &Path) -> Result<Method> {
+        let tracks = self.client.decoder().tracks();
+        let has = |probes: bool| {
+            let mut models = tracks.iter().map(|live| live.track.model);
+            models.any(|model| matches!(model, Model::Probes(_)) == probes)
+        };
+        let (points, probes) = (has(false), has(true));
+        let refuse = |what: &str| Err(Error::Invalid(format!("{}: {what}", stream::name(path))));
+        match asked {
+            Some(Method::Points) if !points && probes => {
+                refuse("the stream has no points but probes; choose --method probes")
+            }
+            Some(Method::Probes | Method::Ddgi) if !probes && points => {
+                refuse("the stream has no probes but points; choose --method points")
+            }
+            _ if !points && !probes => refuse("the stream has no track with light"),
+            Some(method) => Ok(method),
+            None if probes => Ok(Method::Probes),
+            None => Ok(Method::Points),
+        }
+    }
+}
+
+/// Times in seconds.
+#[derive(Clone, Copy)]
+struct Times {
+    shown: f64,
+    /// Of the newest server frame that has arrived by then.
+    arrived: f64,
+    /// Frames a second of `--frame`.
+    rate: f64,
+}
+
+impl Times {
+    /// `first` is the time of the stream's first frame.
+    ///
+    /// # Errors
+    /// `Invalid` for a time before it.
+    fn new(args: &Args, first: f64, rate: TickRate) -> Result<Times> {
+        let server = args.client.server_fps.map_or(rate.hz(), Rate::hz);
+        let rate = args.fps.map_or(rate.hz(), Rate::hz);
+        let shown = args.view.time_at(rate).unwrap_or(first);
+        let late = (shown - args.client.latency_ms * 1e-3).max(0.0);
+        let times = Times {
+            shown,
+            arrived: (late * server + SAME).floor() / server,
+            rate,
+        };
+        if shown < first - SAME {
+            return Err(Error::Invalid(format!(
+                "its first frame is {}, after {}",
+                times.name(first),
+                times.name(shown)
+            )));
+        }
+        Ok(times)
+    }
+
+    /// A time as the user gives it.
+    fn name(&self, seconds: f64) -> String {
+        format!("{:.0} ({seconds:.3} s)", (seconds * self.rate).round())
+    }
+}
