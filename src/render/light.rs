@@ -14,8 +14,8 @@ use super::shadow::Maps;
 use super::view::View;
 use crate::probes::sample::{self, Field, Material};
 use crate::scene::{LightPose, Pose};
-use crate::trace::path::Sky;
 use crate::trace::path::bsdf::{Bsdf, seen_normal};
+use crate::trace::path::{PathTracer, Sky};
 use crate::{Error, Result};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -181,6 +181,28 @@ pub(super) fn direct(pixel: &Pixel, eye: Vec3, lights: &[LightPose], maps: &Maps
         sum += f * light.intensity * (to.falloff * open);
     }
     sum
+}
+
+/// Direct light as windows and what else transmits leave it: shadow maps know of neither tint nor
+/// shares, so rays are traced. The same for the device and its twin.
+pub(super) fn transmit(direct: &mut [Vec3], gbuffer: &GBuffer, view: &View, paths: &PathTracer) {
+    let eye = view.camera.eye();
+    direct
+        .par_iter_mut()
+        .zip(&gbuffer.fragments)
+        .for_each(|(light, fragment)| {
+            if fragment.instance == NONE {
+                return;
+            }
+            // From just before the surface, so that it is the one that is found.
+            let direction = (fragment.position - eye).normalize_or(view.forward());
+            let distance = fragment.position.distance(eye);
+            let origin = eye + direction * (distance - 1e-3 * distance);
+            let seen = paths.first(origin, direction, true).0;
+            if let Some(vertex) = seen.filter(|v| v.distance < 2e-3 * distance) {
+                *light = (*light + paths.transmitted(&vertex)).max(Vec3::ZERO);
+            }
+        });
 }
 
 /// Light of a surface by the probes of its volume. Twin of `indirect` in `light.wgsl`.

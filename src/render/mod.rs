@@ -26,7 +26,7 @@ use crate::points::client::PointsState;
 use crate::points::sample::Fallback;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
-use crate::trace::path::Sky;
+use crate::trace::path::{PathTracer, Sky};
 use crate::{Error, Result};
 pub use gbuffer::Lookup;
 use gbuffer::{GBuffer, Visibility};
@@ -194,7 +194,7 @@ impl<'s> Renderer<'s> {
         let pixels = light::pixels(gbuffer, source);
         let bounds = self.scene.bounds(pose).unwrap_or_default();
         let plan = shadow::Plan::new(pose, bounds, shadow_side);
-        let (direct, indirect) = match &mut self.machine {
+        let (mut direct, indirect) = match &mut self.machine {
             Machine::Gpu(d) => {
                 let (shadows, light) = match &mut d.lit {
                     Some(passes) => passes,
@@ -222,6 +222,18 @@ impl<'s> Renderer<'s> {
                 light::on_cpu(&pixels, eye, pose, &maps, source, &mut timings)
             }
         };
+        if self.scene.transmits() && !pose.lights.is_empty() {
+            let own;
+            let tracer = match &mut self.machine {
+                Machine::Cpu { tracer } => stand(tracer, self.scene, pose),
+                Machine::Gpu(_) => {
+                    own = Tracer::new(self.scene, pose);
+                    &own
+                }
+            };
+            let paths = PathTracer::new(self.scene, pose, tracer, *sky);
+            light::transmit(&mut direct, gbuffer, &view, &paths);
+        }
         let lit = Lit {
             width: gbuffer.width,
             height: gbuffer.height,

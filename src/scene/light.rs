@@ -52,6 +52,11 @@ impl LightPose {
 }
 
 impl Scene {
+    /// Whether any material lets a share of light through.
+    pub fn transmits(&self) -> bool {
+        self.materials.iter().any(|m| m.transmission > 0.0)
+    }
+
     /// Whether anything in the scene sends light to other surfaces: a punctual light with an
     /// intensity, or an emissive surface.
     pub fn has_light(&self) -> bool {

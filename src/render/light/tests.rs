@@ -8,9 +8,11 @@ use crate::render::shadow::device::{ShadowPass, read};
 use crate::render::shadow::tests::lamps;
 use crate::render::shadow::{Plan, trace};
 use crate::render::tests::eye;
-use crate::render::{Backend, Renderer};
-use crate::scene::Scene;
+use crate::render::{Backend, Renderer, path};
+use crate::scene::camera::look_at;
+use crate::scene::{LightKind, Scene};
 use crate::trace::Tracer;
+use crate::trace::path::tests::{quad, scene as plain};
 use glam::{Affine3A, Quat};
 
 /// The lamps' scene with every kind of material.
@@ -364,5 +366,48 @@ fn unlit_surfaces_are_shown_as_they_are() {
             }
         }
         assert!(shown > 50, "{shown}");
+    }
+}
+
+#[test]
+fn direct_light_has_the_tint_of_windows() {
+    let material = |color: Vec3, transmission: f32| crate::scene::Material {
+        base_color: color.extend(1.0),
+        metallic: 0.0,
+        transmission,
+        window: transmission >= 0.5,
+        ..Default::default()
+    };
+    for transmission in [0.8, 0.3] {
+        let floor = quad(Vec3::ZERO, Vec3::Z * 4.0, Vec3::X * 4.0, 0);
+        let pane = quad(Vec3::Y * 2.0, Vec3::Z * 9.0, Vec3::X * 9.0, 1);
+        let tint = Vec3::new(1.0, 0.5, 0.25);
+        let materials = vec![
+            material(Vec3::splat(0.5), 0.0),
+            material(tint, transmission),
+        ];
+        let scene = plain(vec![floor, pane], materials);
+        let mut pose = scene.rest_pose();
+        pose.lights = vec![LightPose {
+            position: Vec3::new(0.3, 3.0, 0.2),
+            direction: Vec3::NEG_Y,
+            kind: LightKind::Point,
+            intensity: Vec3::splat(9.0),
+            range: f32::INFINITY,
+        }];
+        let camera = look_at(Vec3::new(0.1, 1.0, 1.5), Vec3::ZERO, 0.8);
+        let tracer = Tracer::new(&scene, &pose);
+        let paths = PathTracer::new(&scene, &pose, &tracer, Sky::default());
+        let expected = path::direct(&paths, &camera, (24, 16), &Default::default(), 1);
+        assert!(expected[200].x > 0.02 && expected[200].z < 0.3 * expected[200].x);
+        for backend in [Backend::Cpu, Backend::Auto] {
+            let mut renderer = Renderer::new(&scene, backend).unwrap();
+            let gbuffer = renderer.gbuffer(&pose, Lookup::Rest, &camera, 24, 16);
+            let (gbuffer, sky) = (gbuffer.unwrap(), Sky::default());
+            let lit = renderer.lit(&gbuffer, &pose, &camera, &sky, &Source::None, 256);
+            for (light, expected) in lit.unwrap().0.direct.iter().zip(&expected) {
+                assert!(light.abs_diff_eq(*expected, 1e-3), "{light} {expected}");
+            }
+        }
     }
 }

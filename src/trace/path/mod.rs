@@ -151,7 +151,7 @@ impl<'a> PathTracer<'a> {
             tracer,
             hidden_emitters: emitters.any_hidden(tracer),
             emitters,
-            windows: scene.materials.iter().any(|m| m.transmission > 0.0),
+            windows: scene.transmits(),
             sky,
             coat: true,
         }
@@ -385,6 +385,21 @@ impl<'a> PathTracer<'a> {
             .sum()
     }
 
+    /// What is to be added to direct light for which what transmits was either no obstacle (windows)
+    /// or opaque, as in a shadow map: tint and attenuation. Usually negative.
+    pub fn transmitted(&self, vertex: &Vertex) -> Vec3 {
+        (0..self.pose.lights.len())
+            .map(|light| {
+                let (light, ray) = self.unshadowed(vertex, light);
+                if light == Vec3::ZERO {
+                    return Vec3::ZERO;
+                }
+                let mapped = if self.tracer.occluded(&ray) { 0.0 } else { 1.0 };
+                light * (self.open(&ray) - mapped)
+            })
+            .sum()
+    }
+
     /// Light that `vertex` sends to its view by one path that scatters at most `max_bounces` times,
     /// there the first time. Its own emission is not in it, and the direct light of punctual lights
     /// only if `punctual`: without, it is the indirect light that probes stand for.
@@ -570,4 +585,4 @@ fn heuristic(a: f32, b: f32) -> f32 {
 #[cfg(test)]
 mod material_tests;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
