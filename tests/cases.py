@@ -379,7 +379,7 @@ def joined_streams_show_frames(run, path):
 def lost_records_cost_few_frames(run, path):
     out, _ = run.dapple("decode", path, "--resume", "--dump", code=None)
     frames = sum(line.startswith("frame ") for line in out.decode().splitlines())
-    expect(frames == 22, f"{frames} frames")
+    expect(frames >= 22, f"{frames} frames")
 
 
 @case("G2-ff-")
