@@ -361,3 +361,14 @@ fn options_without_effect_are_told_once() {
     let report: serde_json::Value = serde_json::from_slice(&report.stdout).expect("JSON");
     assert_eq!(report["warnings"].as_array().map(Vec::len), Some(1));
 }
+
+#[test]
+fn a_stream_of_another_mesh_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    warnings(at, &format!("encode a.gltf -o a.dapple {POINTS}"));
+    write_floor(&at.join("a.gltf"), 1.5, false);
+    let line = format!("render a.dapple --scene a.gltf {SMALL} -o a.png");
+    refuses(at, &line, 1, "another mesh of 'floor'");
+    assert!(!at.join("a.png").exists());
+}

@@ -40,6 +40,8 @@ pub struct Dirty<'a> {
 pub struct Client {
     decoder: Decoder,
     instance_of_path: BTreeMap<String, usize>,
+    /// [`Scene::mesh_hash`] of the mesh of each instance.
+    mesh_hashes: Vec<u64>,
     tracks: Vec<PointsTrack>,
     track_of_instance: Vec<Option<u32>>,
     rest: bool,
@@ -53,6 +55,11 @@ impl Client {
             decoder: Decoder::new(limits),
             instance_of_path: names
                 .map(|(i, instance)| (instance.name.clone(), i))
+                .collect(),
+            mesh_hashes: scene
+                .instances
+                .iter()
+                .map(|instance| scene.mesh_hash(instance.mesh))
                 .collect(),
             tracks: Vec::new(),
             track_of_instance: vec![None; scene.instances.len()],
@@ -155,6 +162,13 @@ impl Client {
                      it was made for another scene"
                 )));
             };
+            let hash = live.track.target.content_hash;
+            if hash.is_some_and(|hash| hash != self.mesh_hashes[instance]) {
+                return Err(Error::Invalid(format!(
+                    "the stream has light for another mesh of '{path}' than the scene has: it was \
+                     made for another version of the scene"
+                )));
+            }
             self.track_of_instance[instance] = Some(self.tracks.len() as u32);
             self.rest |= live.track.space == LookupSpace::Rest;
             self.tracks.push(PointsTrack {

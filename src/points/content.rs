@@ -133,15 +133,18 @@ pub fn declarations(server: &Server) -> Vec<codec::Track> {
     tracks.map(|(t, track)| declare(server, t, track)).collect()
 }
 
-/// What the stream says of a track: it is found again by the path of its instance.
+/// What the stream says of a track: it is found again by the path of its instance,
+/// whose mesh has to be the same.
 fn declare(server: &Server, t: usize, track: &Track) -> codec::Track {
     let bounds = track.mesh_bounds();
+    let scene = server.scene();
+    let instance = &scene.instances[track.instance];
     codec::Track {
         id: t as u32,
         target: Target {
             application_id: 0,
-            path: server.scene().instances[track.instance].name.clone(),
-            content_hash: None,
+            path: instance.name.clone(),
+            content_hash: Some(scene.mesh_hash(instance.mesh)),
         },
         aabb_min: bounds.min.to_array(),
         aabb_max: bounds.max.to_array(),

@@ -1,12 +1,15 @@
 //! What follows from a scene's data and is worth computing once: which nodes can move, how each
 //! skin's joints hang below its frame, which meshes need alpha tests.
 
-use super::{ChannelValues, Material, Scene};
+use super::{ChannelValues, Material, Mesh, Scene};
+use glam::Vec3;
+use std::hash::Hasher;
 use std::sync::OnceLock;
+use twox_hash::XxHash64;
 
 /// Filled on first use. A clone starts empty, so that a changed clone is evaluated afresh.
 #[derive(Debug, Default)]
-pub struct Cache(OnceLock<Derived>);
+pub struct Cache(OnceLock<Derived>, OnceLock<Vec<u64>>);
 
 impl Clone for Cache {
     fn clone(&self) -> Self {
@@ -41,6 +44,16 @@ impl Scene {
         self.cache.0.get_or_init(|| derive(self))
     }
 
+    /// Tells meshes apart: XXH64 of what gives a mesh its shapes, that is positions, triangles, joints
+    /// and weights of its vertices, and displacements of positions.
+    pub fn mesh_hash(&self, mesh: usize) -> u64 {
+        let hashes = self.cache.1.get_or_init(|| {
+            let meshes = self.meshes.iter();
+            meshes.map(hash).collect()
+        });
+        hashes.get(mesh).copied().unwrap_or(0)
+    }
+
     /// Whether the instance's `world_from_mesh` can ever change: a channel moves its node or an
     /// ancestor of it.
     pub fn is_moving_instance(&self, instance: usize) -> bool {
@@ -69,6 +82,33 @@ impl Scene {
     pub fn mesh_has_holes(&self, mesh: usize) -> bool {
         self.derived().mesh_has_holes.get(mesh).is_some_and(|d| *d)
     }
+}
+
+fn hash(mesh: &Mesh) -> u64 {
+    let mut hash = XxHash64::with_seed(0);
+    let mut part = |count: usize, numbers: &mut dyn Iterator<Item = u32>| {
+        hash.write(&(count as u64).to_le_bytes());
+        for number in numbers {
+            hash.write(&number.to_le_bytes());
+        }
+    };
+    let bits = |position: &Vec3| position.to_array().map(f32::to_bits);
+    let positions = &mesh.positions;
+    part(positions.len(), &mut positions.iter().flat_map(bits));
+    let triangles = &mesh.triangles;
+    part(triangles.len(), &mut triangles.iter().flatten().copied());
+    let joints = mesh.joints.iter().flatten();
+    part(
+        mesh.joints.len(),
+        &mut joints.map(|joint| u32::from(*joint)),
+    );
+    let weights = mesh.weights.iter().flat_map(|weight| weight.to_array());
+    part(mesh.weights.len(), &mut weights.map(f32::to_bits));
+    for target in &mesh.morph_targets {
+        let positions = &target.positions;
+        part(positions.len(), &mut positions.iter().flat_map(bits));
+    }
+    hash.finish()
 }
 
 fn derive(scene: &Scene) -> Derived {
