@@ -7,7 +7,11 @@ use crate::transforms::Transform;
 /// Computes the digest of a state track by track, in ascending order of id (`spec/container.md` §7).
 /// It covers what a lookup can reach and not how a decoder keeps it, so a server with arrays of its
 /// own gets the same number.
-pub struct StateDigest(twox_hash::XxHash64);
+pub struct StateDigest {
+    hash: twox_hash::XxHash64,
+    /// Bytes that were read for it.
+    read: u64,
+}
 
 impl Default for StateDigest {
     fn default() -> Self {
@@ -18,7 +22,10 @@ impl Default for StateDigest {
 impl StateDigest {
     /// A digest of no tracks.
     pub fn new() -> StateDigest {
-        StateDigest(twox_hash::XxHash64::with_seed(0))
+        StateDigest {
+            hash: twox_hash::XxHash64::with_seed(0),
+            read: 0,
+        }
     }
 
     /// Starts a track: its id and its last transform. The model's content follows.
@@ -36,11 +43,22 @@ impl StateDigest {
     }
 
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
-        self.0.write(bytes);
+        self.hash.write(bytes);
+        self.read += bytes.len() as u64;
+    }
+
+    /// Counts `items` of a state that were looked at, each of some 64 bytes.
+    pub(crate) fn looked_at(&mut self, items: usize) {
+        self.read += 64 * items as u64;
+    }
+
+    /// Steps of work so far ([`crate::Decoder::work`]).
+    pub(crate) fn work(&self) -> u64 {
+        self.read / 64
     }
 
     /// The digest.
     pub fn finish(&self) -> u64 {
-        self.0.finish()
+        self.hash.finish()
     }
 }

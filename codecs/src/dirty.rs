@@ -2,11 +2,12 @@
 
 use alloc::vec::Vec;
 
+use crate::error::Fault;
+use crate::room::reserve_exact;
+
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
 /// upload call.
 const MERGE_GAP: u32 = 64;
-/// Above this many runs, neighbours are merged with ever larger gaps.
-const MAX_RANGES: usize = 256;
 
 /// Items `start..end` of an array that changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,9 +22,29 @@ pub struct DirtyRange {
 #[derive(Default)]
 pub(crate) struct DirtyList {
     ranges: Vec<DirtyRange>,
+    /// Above this many ranges, neighbours are merged with ever larger gaps.
+    most: usize,
 }
 
 impl DirtyList {
+    /// No ranges, of which there are at most `most` once they are settled. Reserves all its memory.
+    pub(crate) fn new(most: usize) -> Result<DirtyList, Fault> {
+        let mut list = DirtyList::default();
+        list.reserve(most)?;
+        Ok(list)
+    }
+
+    /// Sets how many ranges there may be once they are settled, and reserves memory for them.
+    pub(crate) fn reserve(&mut self, most: usize) -> Result<(), Fault> {
+        self.most = most;
+        let more = (4 * most).saturating_sub(self.ranges.len());
+        reserve_exact(&mut self.ranges, more)
+    }
+
+    pub(crate) fn add_one(&mut self, index: usize) {
+        self.add(index as u32, index as u32 + 1);
+    }
+
     /// What changed: ascending and merged, once settled.
     pub(crate) fn ranges(&self) -> &[DirtyRange] {
         &self.ranges
@@ -43,7 +64,7 @@ impl DirtyList {
             last.end = last.end.max(end);
             return;
         }
-        if self.ranges.len() >= 4 * MAX_RANGES {
+        if self.ranges.len() >= 4 * self.most {
             self.settle();
         }
         self.ranges.push(DirtyRange { start, end });
@@ -64,7 +85,7 @@ impl DirtyList {
                 }
                 near
             });
-            if self.ranges.len() <= MAX_RANGES {
+            if self.ranges.len() <= self.most {
                 return;
             }
             gap = gap.saturating_mul(4);

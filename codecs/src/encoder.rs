@@ -382,7 +382,7 @@ impl Encoder {
 
     /// Digest of the state of the last commit: what [`GroupStart::State`] names.
     pub fn state_digest(&self) -> u64 {
-        self.session.digest(false)
+        self.session.state_digest()
     }
 
     /// Appends a record, or nothing. `write` appends its payload; `read` is what a decoder does with
@@ -396,6 +396,9 @@ impl Encoder {
     ) -> Result<T> {
         let start = out.len();
         let result = self.pack(out, compression, write).and_then(|packing| {
+            let work = self.session.work();
+            self.limits
+                .check_work(work, self.written + HEADER_BYTES as u64)?;
             let value = read(&mut self.session, &self.payload, &self.limits)?;
             Ok((packing, value))
         });

@@ -82,6 +82,8 @@ pub enum Kind {
     MissingBase,
     /// The caller used the library out of order; no fault of the bytes.
     Usage,
+    /// The machine does not have memory that the limits allow; no fault of the bytes.
+    OutOfMemory,
 }
 
 impl Kind {
@@ -95,6 +97,7 @@ impl Kind {
             Kind::LimitExceeded { .. } => "LimitExceeded",
             Kind::MissingBase => "MissingBase",
             Kind::Usage => "Usage",
+            Kind::OutOfMemory => "OutOfMemory",
         }
     }
 }
@@ -117,6 +120,8 @@ pub enum Limit {
     PathBytes,
     /// [`crate::Limits::state_bytes`].
     StateBytes,
+    /// [`crate::Limits::work_per_byte`].
+    WorkPerByte,
 }
 
 impl Limit {
@@ -129,6 +134,7 @@ impl Limit {
         Limit::Tracks,
         Limit::PathBytes,
         Limit::StateBytes,
+        Limit::WorkPerByte,
     ];
 
     /// The name of its field in [`crate::Limits`], such as `stored_bytes`.
@@ -141,6 +147,7 @@ impl Limit {
             Limit::Tracks => "tracks",
             Limit::PathBytes => "path_bytes",
             Limit::StateBytes => "state_bytes",
+            Limit::WorkPerByte => "work_per_byte",
         }
     }
 }
@@ -174,6 +181,7 @@ impl From<Fault> for Failure {
             Fault::Truncated | Fault::Uncommitted => Kind::Truncated,
             Fault::MissingBase | Fault::MissingGroupBase => Kind::MissingBase,
             Fault::Failed | Fault::EncoderUse => Kind::Usage,
+            Fault::Memory => Kind::OutOfMemory,
             _ => Kind::Malformed,
         };
         Failure {

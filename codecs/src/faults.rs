@@ -90,6 +90,8 @@ pub(crate) enum Fault {
     TrackTwice = 4010,
     Failed = 4011,
     EncoderUse = 4012,
+    Memory = 4013,
+    WorkLimit = 4014,
 }
 
 /// Number, name and sentence of every fault. `spec/README.md` lists the same numbers and names.
@@ -491,5 +493,15 @@ pub(crate) const TABLE: &[(Fault, &str, &str)] = &[
         Fault::EncoderUse,
         "encoder-use",
         "the encoder was given contradicting data",
+    ),
+    (
+        Fault::Memory,
+        "memory",
+        "memory that the limits allow cannot be had",
+    ),
+    (
+        Fault::WorkLimit,
+        "work-limit",
+        "the stream needs more work for its bytes than the limit",
     ),
 ];

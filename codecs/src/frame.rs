@@ -3,7 +3,8 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::room::{grown, make_room};
+use crate::error::Fault;
+use crate::room::{grown, make_room, reserve_exact};
 
 /// A frame that was committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,20 +44,20 @@ impl FrameBytes {
     }
 
     /// Room for a payload, to be filled and then kept. The frame has no more than `most` bytes.
-    pub(crate) fn room(&mut self, bytes: usize, most: usize) -> &mut [u8] {
+    pub(crate) fn room(&mut self, bytes: usize, most: usize) -> Result<&mut [u8], Fault> {
         let end = self.used + bytes;
         if self.used == 0 && self.bytes.capacity() < bytes {
             // Nothing in it to copy.
             let wanted = grown(self.bytes.capacity(), bytes, most);
             self.bytes = Vec::new();
-            self.bytes.reserve_exact(wanted);
+            reserve_exact(&mut self.bytes, wanted)?;
         }
         if self.bytes.len() < end {
             let more = end - self.bytes.len();
-            make_room(&mut self.bytes, more, most);
+            make_room(&mut self.bytes, more, most)?;
             self.bytes.resize(end, 0);
         }
-        &mut self.bytes[self.used..end]
+        Ok(&mut self.bytes[self.used..end])
     }
 
     /// Keeps what the room was filled with: all payloads with it, and where it lies in them.
@@ -87,7 +88,7 @@ mod tests {
         let mut frame = FrameBytes::default();
         let (mut steps, mut kept) = (0, 0);
         for bytes in 1..=1000 {
-            assert_eq!(frame.room(bytes, 1000).len(), bytes);
+            assert_eq!(frame.room(bytes, 1000).unwrap().len(), bytes);
             let capacity = frame.bytes.capacity();
             steps += u32::from(capacity != kept);
             kept = capacity;

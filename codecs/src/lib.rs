@@ -126,6 +126,7 @@ mod entropy;
 mod error;
 mod faults;
 mod frame;
+mod index_set;
 mod limits;
 mod model;
 mod part;

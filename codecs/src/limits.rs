@@ -5,7 +5,7 @@ use crate::error::{Failure, Fault, Limit};
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
 /// the places that it may leave free.
-pub(crate) const TRACK_BYTES: u64 = 1280;
+pub(crate) const TRACK_BYTES: u64 = 2048;
 /// Dirty ranges, and lists of free places for no tracks.
 const LIST_BYTES: u64 = 64 << 10;
 
@@ -14,9 +14,9 @@ const LIST_BYTES: u64 = 64 << 10;
 /// Together they bound a decoder's memory: [`Limits::heap_bytes`]. Each buffer grows to what was
 /// needed and is kept.
 ///
-/// The time of a record is bounded by its unpacked bytes and `state_bytes` together, since a
-/// keyframe of one cell may empty a large track and a digest reads every bucket: lower
-/// `state_bytes` for streams from strangers.
+/// The work of a record is bounded by its unpacked bytes, the state that it changes, and
+/// `state_bytes` where it empties tracks or has a digest. That of a stream is bounded by its bytes:
+/// see `work_per_byte`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one record's payload as stored. Default 256 MiB.
@@ -34,6 +34,9 @@ pub struct Limits {
     pub path_bytes: u32,
     /// Bytes of decoded state of all live tracks: 32 a bucket and 36 a cell. Default 512 MiB.
     pub state_bytes: u64,
+    /// Steps of work ([`crate::Decoder::work`]) for each byte of the stream so far, beyond those that
+    /// `state_bytes` allows: one for two bytes of it. Default 400.
+    pub work_per_byte: u32,
 }
 
 impl Default for Limits {
@@ -46,6 +49,7 @@ impl Default for Limits {
             tracks: 65_536,
             path_bytes: 1024,
             state_bytes: 512 << 20,
+            work_per_byte: 400,
         }
     }
 }
@@ -61,6 +65,7 @@ impl Limits {
             Limit::Tracks => self.tracks.into(),
             Limit::PathBytes => self.path_bytes.into(),
             Limit::StateBytes => self.state_bytes,
+            Limit::WorkPerByte => self.work_per_byte.into(),
         }
     }
 
@@ -75,12 +80,28 @@ impl Limits {
             Limit::ZstdWindowBytes => &mut self.zstd_window_bytes,
             Limit::Tracks => &mut self.tracks,
             Limit::PathBytes => &mut self.path_bytes,
+            Limit::WorkPerByte => &mut self.work_per_byte,
             Limit::StateBytes => {
                 self.state_bytes = value;
                 return true;
             }
         };
         u32::try_from(value).map(|value| *field = value).is_ok()
+    }
+
+    /// The limit of the work of a stream of which `bytes` came.
+    pub(crate) fn check_work(&self, work: u64, bytes: u64) -> Result<(), Failure> {
+        let more = bytes.saturating_mul(self.work_per_byte.into());
+        let allowed = more.saturating_add(self.state_bytes / 2);
+        match work <= allowed {
+            true => Ok(()),
+            false => Err(Failure::limit(
+                Fault::WorkLimit,
+                Limit::WorkPerByte,
+                work,
+                allowed,
+            )),
+        }
     }
 
     /// The limits of a record's payload, as stored and unpacked.
@@ -106,7 +127,7 @@ impl Limits {
     /// - `unpacked_bytes` for an unpacked record of any type but `points`,
     /// - `frame_bytes` for the frame that waits for its commit,
     /// - `state_bytes` for the state,
-    /// - 1280 bytes of bookkeeping for each of `tracks`,
+    /// - 2048 bytes of bookkeeping for each of `tracks`,
     /// - the largest of those five once more: a buffer that grows is copied, and one does so at a
     ///   time,
     /// - `path_bytes` for each of `tracks`, and for one more that is only looked at,
@@ -159,6 +180,7 @@ mod tests {
             tracks: 5,
             path_bytes: 6,
             state_bytes: 7,
+            work_per_byte: 8,
         };
         assert_eq!(limits, all);
         for &which in Limit::ALL {

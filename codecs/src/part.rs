@@ -13,14 +13,17 @@ use crate::track::{LiveTrack, Track};
 pub(crate) trait Part {
     /// Plans room for tracks, those of other models left out. Returns the bytes of decoded state
     /// that there will be, or none where there are more items than indices count.
-    fn plan(&mut self, tracks: &[Track]) -> Option<u64>;
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault>;
 
     /// Takes in the tracks of the last plan, empty. The model may have `most` bytes of state, which
     /// the plan is within, and `limit` tracks.
-    fn add(&mut self, tracks: &[Track], most: u64, limit: usize);
+    ///
+    /// # Errors
+    /// [`Fault::Memory`], with some of the tracks taken in perhaps; the caller removes them.
+    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), Fault>;
 
-    /// Forgets the tracks that are marked as removed, in one pass, and frees their memory for others.
-    fn remove(&mut self, tracks: &[LiveTrack]);
+    /// Forgets the tracks whose ids `removed` picks, in one pass, and frees their memory for others.
+    fn remove(&mut self, removed: &dyn Fn(u32) -> bool);
 
     /// Empties a track.
     fn empty(&mut self, id: u32);
@@ -61,6 +64,9 @@ pub(crate) trait Part {
 
     /// The frame is in the state, with tracks removed.
     fn settle(&mut self);
+
+    /// Steps of work since the last call ([`crate::Decoder::work`]).
+    fn take_work(&mut self) -> u64;
 
     /// What changed has been uploaded.
     fn clear_dirty(&mut self);

@@ -2,13 +2,24 @@
 
 use alloc::vec::Vec;
 
+use crate::error::Fault;
+use crate::room::reserve_exact;
+
 /// Free ranges `(start, length)`, ascending, never touching.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(crate) struct FreeRanges {
     free: Vec<(u32, u32)>,
 }
 
 impl FreeRanges {
+    /// The same ranges, with memory for `more` that are given back.
+    pub(crate) fn copy(&self, more: usize) -> Result<FreeRanges, Fault> {
+        let mut free = Vec::new();
+        reserve_exact(&mut free, self.free.len() + more)?;
+        free.extend_from_slice(&self.free);
+        Ok(FreeRanges { free })
+    }
+
     /// Takes `length` items from the first range that has them.
     pub(crate) fn take(&mut self, length: u32) -> Option<u32> {
         let at = self.free.iter().position(|&(_, l)| l >= length)?;

@@ -12,18 +12,18 @@ use crate::model::Kind;
 use crate::parts::Parts;
 use crate::room::make_room;
 use crate::session::{Commit, GroupStart, TickRate};
-use crate::track::{LiveTrack, Track, read_removed, read_tracks};
+use crate::track::{LiveTrack, Track, is_removed, read_removed, read_tracks};
 use crate::transforms::{Transform, read_transforms};
 
-// One more of each kind, in all the lists that a track is in; a free place is doubled, cloned and
-// announced for buckets and for cells.
+// One more of each kind, in all the lists that a track is in. A free place, for buckets and for cells,
+// is in a list twice, and the list is copied; a planned place is in one.
 const _: () = assert!(
     size_of::<Track>()
         + size_of::<LiveTrack>()
         + size_of::<usize>()
         + size_of::<(usize, Transform)>()
         + Parts::TRACK_BYTES
-        + 7 * size_of::<(u32, u32)>()
+        + 9 * size_of::<(u32, u32)>()
         <= TRACK_BYTES as usize
 );
 
@@ -51,6 +51,10 @@ pub(crate) struct Session {
     /// Tracks of a record in the making.
     declared: Vec<Track>,
     removed: Vec<usize>,
+    /// Steps of work so far.
+    work: u64,
+    /// Digest of the committed state, where it is known.
+    known_digest: Option<u64>,
     /// Some tracks wait for the commit that ends them.
     has_removed: bool,
     /// Some tracks may be marked as staged.
@@ -114,7 +118,16 @@ impl Session {
                 }
             }
             GroupStart::State(digest) => {
-                if self.last.is_none() || digest != self.digest(false) {
+                if self.last.is_none() {
+                    return Err(Fault::MissingGroupBase.into());
+                }
+                let known = self.known_digest.unwrap_or_else(|| {
+                    let (known, work) = self.digest(false);
+                    self.work += work;
+                    known
+                });
+                self.known_digest = Some(known);
+                if digest != known {
                     return Err(Fault::MissingGroupBase.into());
                 }
             }
@@ -156,13 +169,17 @@ impl Session {
                 ));
             }
             next_id = u64::from(track.id) + 1;
-            make_room(declared, 1, limits.tracks as usize);
+            make_room(declared, 1, limits.tracks as usize)?;
             declared.push(track);
             Ok(())
         })?;
         let known = self.tracks.len();
         self.add(limits)?;
         self.next_id = next_id;
+        if self.tracks.len() > known {
+            self.known_digest = None;
+        }
+        self.work += payload.len() as u64 / 16;
         Ok((self.tracks.len() - known) as u32)
     }
 
@@ -173,7 +190,10 @@ impl Session {
         }
         let (most, limit) = (limits.state_bytes, limits.tracks as usize);
         let parts = self.parts.all();
-        let asked = parts.map(|part| part.plan(&self.declared).unwrap_or(u64::MAX));
+        let mut asked = [0; 2];
+        for (part, asked) in parts.into_iter().zip(&mut asked) {
+            *asked = part.plan(&self.declared)?.unwrap_or(u64::MAX);
+        }
         let sum = asked.iter().fold(0u64, |sum, &a| sum.saturating_add(a));
         if sum > most || asked.contains(&u64::MAX) {
             return Err(Failure::limit(
@@ -183,10 +203,17 @@ impl Session {
                 most,
             ));
         }
-        for (part, asked) in self.parts.all().into_iter().zip(asked) {
-            part.add(&self.declared, most - (sum - asked), limit);
+        make_room(&mut self.tracks, self.declared.len(), limit)?;
+        let added = (self.parts.all().into_iter().zip(asked))
+            .try_for_each(|(part, asked)| part.add(&self.declared, most - (sum - asked), limit));
+        if let Err(fault) = added {
+            // Some may be there already. Their ids are above all others.
+            let first = self.declared[0].id;
+            for part in self.parts.all() {
+                part.remove(&|id| id >= first);
+            }
+            return Err(fault.into());
         }
-        make_room(&mut self.tracks, self.declared.len(), limit);
         self.tracks
             .extend(self.declared.drain(..).map(LiveTrack::new));
         Ok(())
@@ -197,7 +224,7 @@ impl Session {
         let (tracks, removed) = (&self.tracks, &mut self.removed);
         read_removed(payload, |id| {
             let at = find(tracks, id)?;
-            make_room(removed, 1, tracks.len());
+            make_room(removed, 1, tracks.len())?;
             removed.push(at);
             if tracks[at].staged {
                 Err(Fault::TrackTwice)
@@ -220,7 +247,7 @@ impl Session {
         let (tracks, staged) = (&self.tracks, &mut self.staged_transforms);
         let read = read_transforms(payload, |id, transform| {
             let at = find(tracks, id)?;
-            make_room(staged, 1, tracks.len());
+            make_room(staged, 1, tracks.len())?;
             staged.push((at, transform));
             Ok(())
         });
@@ -247,7 +274,7 @@ impl Session {
                 allowed,
             ));
         }
-        Ok(self.frame.room(bytes, limits.frame_bytes as usize))
+        Ok(self.frame.room(bytes, limits.frame_bytes as usize)?)
     }
 
     pub(crate) fn content(&mut self, kind: Kind, bytes: usize) -> Result<(), Failure> {
@@ -259,7 +286,9 @@ impl Session {
         self.has_content = true;
         let (frame, payload) = self.frame.keep(bytes);
         let part = self.parts.of_mut(kind);
-        Ok(part.stage(frame, payload, base, &mut self.tracks)?)
+        let result = part.stage(frame, payload, base, &mut self.tracks);
+        self.work += bytes as u64 / 16 + part.take_work();
+        Ok(result?)
     }
 
     pub(crate) fn commit(&mut self, payload: &[u8]) -> Result<FrameInfo, Failure> {
@@ -274,13 +303,21 @@ impl Session {
             }
         }
         self.parts.all().into_iter().for_each(|part| part.seal());
-        if commit
-            .digest
-            .is_some_and(|digest| digest != self.digest(true))
-        {
-            return Err(Fault::StateDigest.into());
+        let changes = self.has_content || self.has_transforms || self.emptied || self.has_removed;
+        let mut known = self.known_digest.filter(|_| !changes);
+        if let Some(digest) = commit.digest {
+            let next = known.unwrap_or_else(|| {
+                let (next, work) = self.digest(true);
+                self.work += work;
+                next
+            });
+            if digest != next {
+                return Err(Fault::StateDigest.into());
+            }
+            known = Some(next);
         }
         // From here on nothing fails.
+        self.known_digest = known;
         let mut info = FrameInfo {
             number: commit.frame,
             tick: commit.tick,
@@ -293,6 +330,7 @@ impl Session {
             part.apply(self.frame.get(), &mut info);
         }
         if self.has_content || self.emptied {
+            self.work += self.tracks.len() as u64;
             for live in &mut self.tracks {
                 if live.staged {
                     live.filled = true;
@@ -313,19 +351,34 @@ impl Session {
         }
         self.transforms_dirty |= self.has_transforms || self.emptied;
         if self.has_removed {
+            self.work += 4 * self.tracks.len() as u64;
             let parts = self.parts.all().into_iter();
-            parts.for_each(|part| part.remove(&self.tracks));
+            parts.for_each(|part| part.remove(&|id| is_removed(&self.tracks, id)));
             self.tracks.retain(|live| !live.removed);
             self.has_removed = false;
         }
-        self.parts.all().into_iter().for_each(|part| part.settle());
+        for part in self.parts.all() {
+            part.settle();
+            self.work += part.take_work();
+        }
         self.last = Some((commit.frame, commit.tick));
         self.close();
         Ok(info)
     }
 
-    /// Digest of the committed state, or of the state as the frame in the making leaves it.
-    pub(crate) fn digest(&self, staged: bool) -> u64 {
+    /// Steps of work so far ([`crate::Decoder::work`]).
+    pub(crate) fn work(&self) -> u64 {
+        self.work
+    }
+
+    /// Digest of the committed state.
+    pub(crate) fn state_digest(&self) -> u64 {
+        self.known_digest.unwrap_or_else(|| self.digest(false).0)
+    }
+
+    /// Digest of the committed state, or of the state as the pending frame leaves it, and the steps
+    /// of work that it took.
+    fn digest(&self, staged: bool) -> (u64, u64) {
         let mut digest = StateDigest::new();
         for (slot, live) in self.tracks.iter().enumerate() {
             if staged && live.removed {
@@ -352,7 +405,7 @@ impl Session {
             );
             part.digest_staged(live.track.id, self.frame.get(), self.emptied, &mut digest);
         }
-        digest.finish()
+        (digest.finish(), digest.work())
     }
 
     /// Drops the frame in the making. Removals stay: a stream that goes on counts on them.
@@ -376,6 +429,8 @@ impl Session {
         self.next_id = 0;
         self.in_group = false;
         self.has_removed = false;
+        self.work = 0;
+        self.known_digest = None;
     }
 
     pub(crate) fn clear_dirty(&mut self) {

@@ -1,15 +1,31 @@
-//! Buffers that grow within a bound.
+//! Buffers that grow within a bound. Memory that cannot be had is an error.
 
 use alloc::vec::Vec;
 
-/// Room for `more` items. Doubles, so that many small steps stay cheap, but goes to no more than
-/// `most` items in all, which the caller has held `more` against.
-pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) {
+use crate::error::Fault;
+
+/// Reserves memory for `more` items. Doubles, so that many small steps stay cheap, but goes to no
+/// more than `most` items in all, which the caller has checked `more` against.
+pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) -> Result<(), Fault> {
     let needed = items.len() + more;
     if needed > items.capacity() {
         let wanted = grown(items.capacity(), needed, most);
-        items.reserve_exact(wanted - items.len());
+        reserve_exact(items, wanted - items.len())?;
     }
+    Ok(())
+}
+
+/// Reserves memory for `more` items and no more.
+pub(crate) fn reserve_exact<T>(items: &mut Vec<T>, more: usize) -> Result<(), Fault> {
+    items.try_reserve_exact(more).map_err(|_| Fault::Memory)
+}
+
+/// `count` copies of a value, in exactly as much memory as they take.
+pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, Fault> {
+    let mut items = Vec::new();
+    reserve_exact(&mut items, count)?;
+    items.resize(count, value);
+    Ok(items)
 }
 
 /// What a buffer of `capacity` items grows to for `needed` of them.
@@ -27,7 +43,7 @@ mod tests {
         let mut steps = 0;
         for i in 0..1000 {
             let before = items.capacity();
-            make_room(&mut items, 1, 1000);
+            make_room(&mut items, 1, 1000).unwrap();
             steps += u32::from(items.capacity() != before);
             assert!(items.capacity() > usize::from(i) && items.capacity() <= 1000);
             items.push(i);

@@ -130,7 +130,7 @@ impl Track {
             id,
             target: Target {
                 application_id,
-                path: path.into(),
+                path: copy(path)?,
                 content_hash: (has_content_hash == 1).then_some(content_hash),
             },
             aabb_min,
@@ -166,6 +166,15 @@ impl Track {
         out[start..start + 4].copy_from_slice(&size.to_le_bytes());
         Ok(())
     }
+}
+
+/// A text in memory of its own.
+fn copy(text: &str) -> Result<String, Fault> {
+    let mut copy = String::new();
+    let reserved = copy.try_reserve_exact(text.len());
+    reserved.map_err(|_| Fault::Memory)?;
+    copy.push_str(text);
+    Ok(copy)
 }
 
 /// A declared track and what the decoder keeps of it.

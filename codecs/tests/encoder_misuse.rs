@@ -22,6 +22,7 @@ const LIMITS: Limits = Limits {
     tracks: 5,
     path_bytes: 20,
     state_bytes: 20_000,
+    work_per_byte: 400,
 };
 
 /// What has been written before a misuse.

@@ -16,11 +16,20 @@ struct Counting;
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 static CALLS: AtomicUsize = AtomicUsize::new(0);
+/// The allocation that is refused, counted down by each; none at 0.
+static REFUSED: AtomicUsize = AtomicUsize::new(0);
 
 // SAFETY: passes every call on to the system's allocator and only counts.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         CALLS.fetch_add(1, Relaxed);
+        let left = REFUSED.load(Relaxed);
+        if left > 0 {
+            REFUSED.store(left - 1, Relaxed);
+            if left == 1 {
+                return std::ptr::null_mut();
+            }
+        }
         let now = NOW.fetch_add(layout.size(), Relaxed) + layout.size();
         PEAK.fetch_max(now, Relaxed);
         // SAFETY: the caller's contract.
@@ -52,6 +61,7 @@ const SMALL: Limits = Limits {
     tracks: 8,
     path_bytes: 64,
     state_bytes: 16 << 10,
+    work_per_byte: 400,
 };
 const PACKINGS: [u8; 3] = [0, 1, 2];
 /// What the encoder of this build has.
@@ -137,6 +147,7 @@ fn declared_apart(tracks: &[Track]) -> Vec<u8> {
 /// One test, since the counters are the process's.
 #[test]
 fn allocations() {
+    refused_memory_is_an_error();
     // A claim of the largest record that the limits allow, of which nothing comes.
     let (bytes, _) = stream(Compression::None, false);
     let starts = records(&bytes);
@@ -536,5 +547,57 @@ fn allocations() {
                 }
             }
         }
+    }
+}
+
+/// Whichever allocation of a decoder is refused, the call gives an error, the committed state stays,
+/// and the decoder can be used again.
+fn refused_memory_is_an_error() {
+    let points = stream(Compression::Lz4, false).0;
+    let mut room = volumes::Room::new(7, volumes::volume([5, 4, 3], 4, probes::Coding::Raw));
+    room.change(&mut Random(4), 1);
+    let mut probes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut probes).unwrap();
+    encoder.group(&mut probes, GroupStart::Keyframes).unwrap();
+    encoder
+        .tracks(&mut probes, std::slice::from_ref(&room.track))
+        .unwrap();
+    encoder
+        .probes(
+            &mut probes,
+            Coverage::Keyframe,
+            &[room.update()],
+            Compression::Lz4,
+        )
+        .unwrap();
+    encoder.commit(&mut probes, 0, None).unwrap();
+    encoder.end(&mut probes).unwrap();
+    for bytes in [&points, &probes] {
+        let mut refused = 0;
+        for which in 1.. {
+            let mut decoder = Decoder::new(Limits::default());
+            REFUSED.store(which, Relaxed);
+            let mut rest = &bytes[..];
+            let mut result = Ok(());
+            // In pieces, so that payloads are collected too.
+            while !rest.is_empty() && result.is_ok() {
+                let piece = rest.len().min(50);
+                match decoder.push(&rest[..piece]) {
+                    Ok((used, _)) => rest = &rest[used..],
+                    Err(error) => result = Err(error),
+                }
+            }
+            let spared = REFUSED.swap(0, Relaxed) > 0;
+            if spared {
+                assert_eq!(result, Ok(()));
+                break;
+            }
+            let error = result.unwrap_err();
+            assert_eq!((error.id, error.kind), (4013, Kind::OutOfMemory), "{which}");
+            refused += 1;
+            decoder.reset();
+            assert_eq!(decode(&mut decoder, bytes).1, Ok(()));
+        }
+        assert!(refused > 10, "{refused}");
     }
 }

@@ -110,7 +110,8 @@ fn wanted(room: &Room) -> ShownVolume {
     order.sort_by_key(|&i| distances[i]);
     for &i in &order {
         match distances[i] {
-            None => {}
+            // Beyond the reach of the fill.
+            None | Some(5..) => {}
             Some(0) => values[i][..CODES].copy_from_slice(&room.volume.values(&room.probes[i])),
             Some(d) => {
                 let near = |j: &usize| steps(i, *j) == 1 && distances[*j] == Some(d - 1);
@@ -218,7 +219,7 @@ fn dirty_ranges_cover_every_change() {
             let texels = state.texels_of(live);
             let count = texels.len() / TEXELS;
             copy.0.resize(texels.len(), [9; 4]);
-            if let Some(range) = state.dirty_of(live) {
+            for range in state.dirty_of(live) {
                 let range = range.start as usize..range.end as usize;
                 partial += usize::from(range.len() < count);
                 for t in 0..TEXELS {

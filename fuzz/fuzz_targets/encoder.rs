@@ -23,6 +23,7 @@ const TIGHT: Limits = Limits {
     tracks: 3,
     path_bytes: 8,
     state_bytes: 8 << 10,
+    work_per_byte: 400,
 };
 
 fuzz_target!(|data: &[u8]| {

@@ -57,6 +57,7 @@ fuzz_target!(|data: &[u8]| {
         tracks: 1 << (c & 7),
         path_bytes: u32::from(c >> 3),
         state_bytes: small(d).into(),
+        work_per_byte: 400,
     };
     let mut bytes = bytes.to_vec();
     mend(&mut bytes, Mend::choose(how));

@@ -21,4 +21,5 @@ pub const LIMITS: Limits = Limits {
     tracks: 16,
     path_bytes: 64,
     state_bytes: 256 << 10,
+    work_per_byte: 400,
 };

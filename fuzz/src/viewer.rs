@@ -234,7 +234,7 @@ impl Viewer {
             let own = self.volumes.entry(live.track.id);
             let own = own.or_insert_with(|| (vec![[7; 4]; texels.len()], None));
             assert_eq!(own.0.len(), texels.len());
-            if let Some(range) = state.dirty_of(live) {
+            for range in state.dirty_of(live) {
                 assert!(range.start < range.end && range.end as usize <= volume.count());
                 for plane in 0..texels.len() / volume.count() {
                     let start = plane * volume.count();

@@ -28,6 +28,9 @@ pub struct LimitArgs {
     /// Bytes of decoded state of all tracks.
     #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = bytes, help_heading = HEADING)]
     max_state_bytes: u64,
+    /// Steps of work, of some 10 ns each, for a byte of the stream.
+    #[arg(long, value_name = "STEPS", default_value = "400", help_heading = HEADING)]
+    max_work_per_byte: u32,
 }
 
 impl LimitArgs {
@@ -41,6 +44,7 @@ impl LimitArgs {
             tracks: self.max_tracks,
             path_bytes: self.max_path_bytes,
             state_bytes: self.max_state_bytes,
+            work_per_byte: self.max_work_per_byte,
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::container::{
 };
 use crate::error::{Failure, Fault, Result};
 use crate::model::Kind;
+use crate::room::reserve_exact;
 use crate::session::End;
 
 impl Decoder {
@@ -121,6 +122,7 @@ impl Decoder {
         }
         let (stored, unpacked) = (header.stored_bytes, header.unpacked_bytes);
         self.limits.check_record(stored.into(), unpacked.into())?;
+        self.limits.check_work(self.session.work(), self.position)?;
         Unpacker::check_lengths(header.packing, stored, unpacked)?;
         // An end record's digest covers what came before it.
         if header.record_type != record_type::END {
@@ -145,8 +147,10 @@ impl Decoder {
         let taken = input.len().min(missing);
         if self.stored.capacity() - self.stored.len() < taken {
             // Doubles with what has arrived, and never beyond the record.
-            self.stored
-                .reserve_exact(missing.min(taken.max(self.stored.len())));
+            let more = missing.min(taken.max(self.stored.len()));
+            if let Err(fault) = reserve_exact(&mut self.stored, more) {
+                return self.fail(fault, Recovery::Impossible, self.record_start);
+            }
         }
         self.stored.extend_from_slice(&input[..taken]);
         self.position += taken as u64;
@@ -169,7 +173,7 @@ impl Decoder {
                 Ok(event)
             }
             // A group that builds on a lost state, and others like it: the search goes on.
-            Err(_) if self.searching => {
+            Err(failure) if self.searching && failure.fault != Fault::Memory => {
                 self.session.revert();
                 self.next_record();
                 Ok(None)
@@ -219,7 +223,7 @@ impl Decoder {
         }
         let mut payload = mem::take(&mut self.payload);
         payload.clear();
-        payload.reserve_exact(bytes);
+        reserve_exact(&mut payload, bytes)?;
         payload.resize(bytes, 0);
         let result = match self.unpacker.unpack(packing, stored, &mut payload, window) {
             Ok(()) => self.small_record(&payload),

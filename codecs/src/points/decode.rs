@@ -15,7 +15,7 @@ use crate::frame::FrameInfo;
 use crate::model::Kind;
 use crate::part;
 use crate::room::make_room;
-use crate::track::{LiveTrack, Track, is_removed};
+use crate::track::{LiveTrack, Track};
 
 const FAULTS: ShapeFaults = ShapeFaults {
     size: Fault::PointsSize,
@@ -28,6 +28,7 @@ pub(crate) struct Part {
     pub(crate) state: State,
     staged: Vec<StagedTrack>,
     plan: Option<Plan>,
+    work: u64,
 }
 
 impl Part {
@@ -36,30 +37,33 @@ impl Part {
 }
 
 impl part::Part for Part {
-    fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
-        let (plan, bytes) = self.state.plan(tracks);
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault> {
+        let (plan, bytes) = self.state.plan(tracks)?;
         self.plan = Some(plan);
-        bytes
+        Ok(bytes)
     }
 
-    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) {
-        if let Some(plan) = self.plan.take() {
-            self.state.add(tracks, plan, most, limit);
+    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), Fault> {
+        match self.plan.take() {
+            Some(plan) => self.state.add(tracks, plan, most, limit),
+            None => Ok(()),
         }
     }
 
-    fn remove(&mut self, tracks: &[LiveTrack]) {
-        self.state.remove(|id| is_removed(tracks, id));
+    fn remove(&mut self, removed: &dyn Fn(u32) -> bool) {
+        self.state.remove(removed);
     }
 
     fn empty(&mut self, id: u32) {
         if let Some(index) = self.state.index_of(id) {
+            self.work += self.state.places[index].work();
             self.state.empty(index);
         }
     }
 
     fn expect_nothing(&mut self, id: u32) {
         if let Some(index) = self.state.index_of(id) {
+            self.work += self.state.places[index].work();
             self.state.expect_nothing(index);
         }
     }
@@ -103,10 +107,10 @@ impl part::Part for Part {
                 return Err(Fault::PointsReserved);
             }
             // Marked before it is checked, so that a fault reverts it.
+            make_room(&mut self.staged, 1, tracks.len())?;
             let live = &mut tracks[entry.slot];
             live.staged = true;
             let checked = check_track(frame, &staged, base.emptied, live.filled, &mut self.state);
-            make_room(&mut self.staged, 1, tracks.len());
             self.staged.push(staged);
             checked?;
         }
@@ -138,6 +142,7 @@ impl part::Part for Part {
             if (live.staged || (emptied && live.filled))
                 && let Some(index) = self.state.index_of(live.track.id)
             {
+                self.work += self.state.places[index].work();
                 self.state.expect_committed(index);
             }
         }
@@ -151,6 +156,9 @@ impl part::Part for Part {
     fn apply(&mut self, frame: &[u8], info: &mut FrameInfo) {
         for staged in &self.staged {
             let place = self.state.places[staged.place];
+            if staged.keyframe {
+                self.work += place.work();
+            }
             let sections = Sections::new(frame, staged);
             info.buckets += sections.bucket_indices.len() as u32;
             info.cells += sections.cell_indices.len() as u32;
@@ -168,6 +176,7 @@ impl part::Part for Part {
     fn digest(&self, id: u32, digest: &mut StateDigest) {
         if let Some(index) = self.state.index_of(id) {
             let place = &self.state.places[index];
+            digest.looked_at(place.grid.bucket_count as usize);
             digest.buckets(
                 &self.state.buckets[place.buckets()],
                 &self.state.cells[place.cells()],
@@ -180,6 +189,7 @@ impl part::Part for Part {
             return;
         };
         let place = &self.state.places[index];
+        digest.looked_at(place.grid.bucket_count as usize);
         let staged = self
             .staged
             .binary_search_by_key(&index, |staged| staged.place);
@@ -210,6 +220,10 @@ impl part::Part for Part {
 
     fn settle(&mut self) {
         self.state.settle_dirty();
+    }
+
+    fn take_work(&mut self) -> u64 {
+        core::mem::take(&mut self.work)
     }
 
     fn clear_dirty(&mut self) {

@@ -5,10 +5,14 @@ use core::ops::Range;
 
 use super::{Bucket, Cell, EMPTY, Grid, Hasher};
 use crate::dirty::{DirtyList, DirtyRange};
+use crate::error::Fault;
 use crate::model::Model;
 use crate::ranges::FreeRanges;
-use crate::room::make_room;
+use crate::room::{make_room, reserve_exact};
 use crate::track::{LiveTrack, Track};
+
+/// Dirty ranges of each array.
+const MAX_DIRTY: usize = 256;
 
 /// Where a track lies in the arrays of a [`State`].
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +31,12 @@ impl Place {
     /// Its buckets in the arrays.
     pub(super) fn buckets(&self) -> Range<usize> {
         region(self.first_bucket, self.grid.bucket_count)
+    }
+
+    /// Steps of work that emptying it takes ([`crate::Decoder::work`]).
+    pub(super) fn work(&self) -> u64 {
+        let (buckets, cells) = (self.grid.bucket_count, self.grid.cell_capacity);
+        state_bytes(buckets.into(), cells.into()) / 64
     }
 
     /// Its cells.
@@ -132,12 +142,17 @@ impl State {
     }
 
     /// Plans room for the tracks of the model. Returns the bytes of state with them too, or none
-    /// where there are more items than indices count. Nothing is reserved.
-    pub(super) fn plan(&self, tracks: &[Track]) -> (Plan, Option<u64>) {
+    /// where there are more items than indices count. Nothing is reserved
+    /// for them.
+    pub(super) fn plan(&self, tracks: &[Track]) -> Result<(Plan, Option<u64>), Fault> {
+        let mut places = Vec::new();
+        reserve_exact(&mut places, tracks.len())?;
+        // Each track gives one range back when it is removed.
+        let most = self.places.len() + tracks.len();
         let mut plan = Plan {
-            places: Vec::with_capacity(tracks.len()),
-            free_buckets: self.free_buckets.clone(),
-            free_cells: self.free_cells.clone(),
+            places,
+            free_buckets: self.free_buckets.copy(most)?,
+            free_cells: self.free_cells.copy(most)?,
             buckets_end: self.buckets.len() as u64,
             cells_end: self.cells.len() as u64,
         };
@@ -149,14 +164,18 @@ impl State {
         }
         let counted = plan.buckets_end.max(plan.cells_end) <= u64::from(u32::MAX);
         let bytes = state_bytes(plan.buckets_end, plan.cells_end);
-        (plan, counted.then_some(bytes))
+        Ok((plan, counted.then_some(bytes)))
     }
 
     /// Takes in the tracks of a plan: their buckets are empty and their cells free. There may be
     /// `most` bytes of state and `limit` tracks.
-    pub(super) fn add(&mut self, tracks: &[Track], plan: Plan, most: u64, limit: usize) {
-        self.free_buckets = plan.free_buckets;
-        self.free_cells = plan.free_cells;
+    pub(super) fn add(
+        &mut self,
+        tracks: &[Track],
+        plan: Plan,
+        most: u64,
+        limit: usize,
+    ) -> Result<(), Fault> {
         // What an earlier stream left may be too much of one kind for this one.
         let buckets = (self.buckets.capacity() as u64).max(plan.buckets_end);
         let cells = (self.cells.capacity() as u64).max(plan.cells_end);
@@ -169,13 +188,18 @@ impl State {
         let (buckets_end, cells_end) = (plan.buckets_end as usize, plan.cells_end as usize);
         let new_buckets = buckets_end - self.buckets.len();
         let new_cells = cells_end - self.cells.len();
-        self.buckets.reserve_exact(new_buckets);
-        self.cells.reserve_exact(new_cells);
-        self.next_homes.reserve_exact(new_cells);
+        reserve_exact(&mut self.buckets, new_buckets)?;
+        reserve_exact(&mut self.cells, new_cells)?;
+        reserve_exact(&mut self.next_homes, new_cells)?;
+        make_room(&mut self.places, plan.places.len(), limit)?;
+        self.dirty_buckets.reserve(MAX_DIRTY)?;
+        self.dirty_cells.reserve(MAX_DIRTY)?;
+        // From here on nothing fails.
+        self.free_buckets = plan.free_buckets;
+        self.free_cells = plan.free_cells;
         self.buckets.resize(buckets_end, Bucket::EMPTY);
         self.cells.resize(cells_end, Cell::FREE);
         self.next_homes.resize(cells_end, EMPTY);
-        make_room(&mut self.places, plan.places.len(), limit);
         for ((id, grid), (first_bucket, first_cell)) in grids(tracks).zip(plan.places) {
             let place = Place {
                 id,
@@ -188,6 +212,7 @@ impl State {
             self.places.push(place);
         }
         self.settle_dirty();
+        Ok(())
     }
 
     /// Empties the regions of the tracks that `removed` picks by their ids, and frees them.

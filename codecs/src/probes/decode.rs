@@ -2,20 +2,22 @@
 //! ones, and turned into texels at the commit. Nothing after the checks can fail.
 
 use alloc::vec::Vec;
+use core::mem;
 use core::ops::Range;
 
-use super::state::{PROBE_BYTES, VolumeState};
+use super::state::{MAX_DIRTY, PROBE_BYTES, SETS, VolumeState};
 use super::values::Scales;
 use super::{Coding, State, Volume, contexts, packed, raw};
 use crate::content::{Base, Head, ShapeFaults};
 use crate::digest::StateDigest;
+use crate::dirty::DirtyRange;
 use crate::entropy;
 use crate::error::Fault;
 use crate::frame::FrameInfo;
 use crate::model::{Kind, Model};
 use crate::part;
 use crate::room::make_room;
-use crate::track::{LiveTrack, Track, is_removed};
+use crate::track::{LiveTrack, Track};
 
 const FAULTS: ShapeFaults = ShapeFaults {
     size: Fault::ProbesSize,
@@ -24,11 +26,20 @@ const FAULTS: ShapeFaults = ShapeFaults {
 /// Flag of a track in a record: its visibility block follows.
 pub(super) const HAS_VISIBILITY: u32 = 1;
 
+/// Steps of work of a probe whose texels are computed.
+const PROBE_WORK: u64 = 8;
+
+/// Steps of work of a section that changes some of a volume's probes: those, and a look at its sets.
+fn section_work(probes: usize, changed: u32) -> u64 {
+    32 * u64::from(changed) + probes as u64 / 512 + 1
+}
+
 /// The state of the model, and what the frame in the making has for it.
 #[derive(Default)]
 pub(crate) struct Part {
     pub(crate) state: State,
     staged: Vec<Staged>,
+    work: u64,
 }
 
 /// A track of the frame in the making, whose probes are decoded.
@@ -42,8 +53,11 @@ struct Staged {
 }
 
 impl Part {
-    /// What is kept of a track beside its arrays.
-    pub(crate) const TRACK_BYTES: usize = size_of::<VolumeState>() + size_of::<Staged>();
+    /// What is kept of a track beside its arrays: dirty ranges, and what its sets round up, too.
+    pub(crate) const TRACK_BYTES: usize = size_of::<VolumeState>()
+        + size_of::<Staged>()
+        + 4 * MAX_DIRTY * size_of::<DirtyRange>()
+        + 8 * SETS;
 
     fn find_staged(&self, index: usize) -> Option<&Staged> {
         let at = self.staged.binary_search_by_key(&index, |s| s.index);
@@ -65,27 +79,24 @@ pub(crate) fn state_bytes(volume: &Volume) -> u64 {
 }
 
 impl part::Part for Part {
-    fn plan(&mut self, tracks: &[Track]) -> Option<u64> {
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault> {
         let there = self.state.volumes.iter().map(|v| &v.volume);
         let all = there.chain(volumes(tracks).map(|(_, volume)| volume));
         let bytes = all.fold(0u64, |sum, volume| sum.saturating_add(state_bytes(volume)));
-        usize::try_from(bytes).is_ok().then_some(bytes)
+        Ok(usize::try_from(bytes).is_ok().then_some(bytes))
     }
 
-    fn add(&mut self, tracks: &[Track], _most: u64, limit: usize) {
-        for (id, volume) in volumes(tracks) {
-            self.state.add(id, volume, limit);
-        }
+    fn add(&mut self, tracks: &[Track], _most: u64, limit: usize) -> Result<(), Fault> {
+        volumes(tracks).try_for_each(|(id, volume)| self.state.add(id, volume, limit))
     }
 
-    fn remove(&mut self, tracks: &[LiveTrack]) {
-        let volumes = &mut self.state.volumes;
-        volumes.retain(|volume| !is_removed(tracks, volume.id));
+    fn remove(&mut self, removed: &dyn Fn(u32) -> bool) {
+        self.state.volumes.retain(|volume| !removed(volume.id));
     }
 
     fn empty(&mut self, id: u32) {
         if let Some(volume) = self.state.get_mut(id) {
-            volume.empty();
+            self.work += PROBE_WORK * volume.empty();
         }
     }
 
@@ -124,15 +135,17 @@ impl part::Part for Part {
                 visibility = Some(start..start + bytes);
             }
             at += section.len();
-            let changed = decode(probes, volume, head.keyframe)?;
+            make_room(&mut self.staged, 1, tracks.len())?;
+            let changed = decode(probes, volume, head.keyframe);
+            // Kept before the result is looked at, so that a fault reverts it.
             tracks[entry.slot].staged = true;
-            make_room(&mut self.staged, 1, tracks.len());
             self.staged.push(Staged {
                 index,
                 keyframe: head.keyframe,
                 visibility,
-                changed,
+                changed: *changed.as_ref().unwrap_or(&0),
             });
+            self.work += section_work(volume.volume.count(), changed?);
         }
         if at != payload_bytes.len() {
             return Err(Fault::ProbesSize);
@@ -146,7 +159,9 @@ impl part::Part for Part {
 
     fn unstage(&mut self, kept: usize, _emptied: bool, tracks: &mut [LiveTrack]) {
         for staged in self.staged.drain(kept..) {
-            let id = self.state.volumes[staged.index].id;
+            let volume = &mut self.state.volumes[staged.index];
+            volume.revert();
+            let id = volume.id;
             if let Ok(slot) = tracks.binary_search_by_key(&id, |live| live.track.id) {
                 tracks[slot].staged = false;
             }
@@ -154,7 +169,9 @@ impl part::Part for Part {
     }
 
     fn revert(&mut self, _emptied: bool, _tracks: &[LiveTrack]) {
-        self.staged.clear();
+        for staged in self.staged.drain(..) {
+            self.state.volumes[staged.index].revert();
+        }
     }
 
     fn seal(&mut self) {
@@ -164,7 +181,7 @@ impl part::Part for Part {
     fn apply(&mut self, frame: &[u8], info: &mut FrameInfo) {
         for staged in self.staged.drain(..) {
             let volume = &mut self.state.volumes[staged.index];
-            volume.apply();
+            self.work += PROBE_WORK * volume.apply();
             match staged.visibility {
                 Some(range) => volume.set_visibility(Some(&frame[range])),
                 None if staged.keyframe => volume.set_visibility(None),
@@ -177,6 +194,7 @@ impl part::Part for Part {
     fn digest(&self, id: u32, digest: &mut StateDigest) {
         if let Some(index) = self.state.index_of(id) {
             let volume = &self.state.volumes[index];
+            digest.looked_at(volume.probes.len());
             digest.probes(&volume.probes, volume.visibility());
         }
     }
@@ -186,6 +204,7 @@ impl part::Part for Part {
             return;
         };
         let volume = &self.state.volumes[index];
+        digest.looked_at(volume.probes.len());
         match self.find_staged(index) {
             Some(staged) => {
                 let visibility = match &staged.visibility {
@@ -202,6 +221,10 @@ impl part::Part for Part {
 
     fn settle(&mut self) {}
 
+    fn take_work(&mut self) -> u64 {
+        mem::take(&mut self.work)
+    }
+
     fn clear_dirty(&mut self) {
         let volumes = self.state.volumes.iter_mut();
         volumes.for_each(|volume| volume.clear_dirty());
@@ -215,23 +238,27 @@ impl part::Part for Part {
 
 /// Decodes the probes of a track into `next`. Returns how many changed.
 fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, Fault> {
-    let base = (!keyframe).then_some(&state.probes[..]);
-    match state.volume.coding {
-        Coding::Raw => raw::read(bytes, base, &mut state.next),
+    if keyframe {
+        state.start_empty();
+    }
+    let result = match state.volume.coding {
+        Coding::Raw => raw::read(bytes, &mut state.next, &mut state.changed),
         Coding::Packed(steps) => {
             let mut contexts = contexts::initial();
-            let mut reader = entropy::Reader::new(bytes, &mut contexts);
-            let changed = packed::code(
-                &mut reader,
-                &state.volume,
-                &Scales::new(&steps),
-                base,
-                None,
-                &mut state.next,
-                &mut state.marks,
-            )?;
-            reader.end(Fault::ProbesEntropy)?;
-            Ok(changed)
+            entropy::Reader::new(bytes, &mut contexts).and_then(|mut reader| {
+                let mut walk = packed::Walk {
+                    probes: &mut state.next,
+                    present: (!keyframe).then_some(&state.present),
+                    marks: &mut state.marks,
+                    changed: &mut state.changed,
+                };
+                let scales = Scales::new(&steps);
+                let changed = packed::code(&mut reader, &state.volume, &scales, None, &mut walk)?;
+                reader.end(Fault::ProbesEntropy)?;
+                Ok(changed)
+            })
         }
-    }
+    };
+    state.end_section();
+    result
 }

@@ -9,6 +9,7 @@ use super::{Coding, Probe, Volume, contexts, packed, raw};
 use crate::content::write_head;
 use crate::entropy;
 use crate::error::Fault;
+use crate::index_set::IndexSet;
 use crate::wire::put_u32;
 
 /// Content of one track for one frame.
@@ -86,20 +87,20 @@ fn write_track(
         Coding::Packed(steps) => {
             let scales = Scales::new(&steps);
             all().try_for_each(|probe| packed::check_probe(&scales, probe))?;
-            let mut written = vec![Probe::ABSENT; probes.len()];
+            let mut written = match base {
+                Some(base) => base.to_vec(),
+                None => vec![Probe::ABSENT; probes.len()],
+            };
             let mut marks = vec![0; probes.len()];
             let mut contexts = contexts::initial();
             let mut writer = entropy::Writer::new(out, &mut contexts);
-            let wanted = Some(probes);
-            packed::code(
-                &mut writer,
-                volume,
-                &scales,
-                base,
-                wanted,
-                &mut written,
-                &mut marks,
-            )?;
+            let mut walk = packed::Walk {
+                probes: &mut written,
+                present: None,
+                marks: &mut marks,
+                changed: &mut IndexSet::new(probes.len())?,
+            };
+            packed::code(&mut writer, volume, &scales, Some(probes), &mut walk)?;
             writer.end();
         }
     }

@@ -5,109 +5,194 @@ use alloc::vec::Vec;
 
 use super::f16::{f16_from_units, units_from_f16};
 use super::{Probe, TEXELS, Texel};
+use crate::error::Fault;
+use crate::index_set::IndexSet;
+use crate::room::filled;
 
-/// A probe that no present one can be reached from, as there is none.
-const UNREACHED: u32 = u32::MAX;
+/// Absent probes that are more steps than this from each present one are 0. A change of a probe
+/// reaches no further, which bounds its work.
+const REACH: usize = 4;
+/// The distance of a probe beyond the reach of all present ones.
+const FAR: u8 = REACH as u8 + 1;
 
-/// Absent probes in the order in which they are filled.
-#[derive(Default)]
+/// The distances of probes, and what a frame changed about them.
 pub(super) struct Fill {
-    /// Steps along the axes to the nearest present probe.
-    distances: Vec<u32>,
-    /// Absent probes by distance, then by where they were found from.
-    order: Vec<u32>,
+    /// Steps along the axes to the nearest present probe, or [`FAR`].
+    distances: Vec<u8>,
+    /// Probes that came or went, then all whose distance that may change.
+    region: IndexSet,
+    /// By distance: probes whose texels changed, or have to be computed again.
+    levels: [IndexSet; REACH + 1],
 }
 
 impl Fill {
-    /// Room for a volume of `count` probes.
-    pub(super) fn with_room(count: usize) -> Fill {
-        let mut fill = Fill::default();
-        fill.distances.reserve_exact(count);
-        fill.order.reserve_exact(count);
-        fill
+    /// Sets of a fill.
+    pub(super) const SETS: usize = REACH + 2;
+
+    /// The fill of `count` absent probes.
+    pub(super) fn new(count: usize) -> Result<Fill, Fault> {
+        let set = || IndexSet::new(count);
+        Ok(Fill {
+            distances: filled(count, FAR)?,
+            region: set()?,
+            levels: [set()?, set()?, set()?, set()?, set()?],
+        })
     }
 
-    /// There is nothing to fill.
-    pub(super) fn is_empty(&self) -> bool {
-        self.order.is_empty()
+    /// The texels of a present probe changed.
+    pub(super) fn changed(&mut self, probe: usize) {
+        self.levels[0].insert(probe);
     }
 
-    /// Finds the distances of all probes, breadth first from the present ones.
-    pub(super) fn find(&mut self, dims: [u16; 3], probes: &[Probe]) {
-        let distances = &mut self.distances;
-        distances.clear();
-        distances.extend(probes.iter().map(|probe| match probe.level {
-            0 => UNREACHED,
-            _ => 0,
-        }));
-        self.order.clear();
-        // First from all present ones, then from those found in the round before.
-        for probe in 0..probes.len() as u32 {
-            if distances[probe as usize] == 0 {
-                reach(dims, probe, 1, distances, &mut self.order);
-            }
-        }
-        let mut done = 0;
-        while done < self.order.len() {
-            let probe = self.order[done];
-            let distance = distances[probe as usize] + 1;
-            reach(dims, probe, distance, distances, &mut self.order);
-            done += 1;
-        }
-        if self.order.is_empty() && distances.first() == Some(&UNREACHED) {
-            // Nothing is present: all of them, each without a neighbour to take from.
-            self.order.extend(0..probes.len() as u32);
-        }
+    /// A probe came or went.
+    pub(super) fn came_or_went(&mut self, probe: usize) {
+        self.region.insert(probe);
     }
 
-    /// Fills the texels of absent probes.
-    pub(super) fn write(&self, dims: [u16; 3], texels: &mut [Texel]) {
-        let count = self.distances.len();
-        for &probe in &self.order {
-            let distance = self.distances[probe as usize];
-            let (mut from, mut sources) = ([0; 6], 0);
-            neighbours(dims, probe, |near| {
-                if distance != UNREACHED && self.distances[near as usize] == distance - 1 {
-                    from[sources] = near as usize;
-                    sources += 1;
-                }
-            });
-            for plane in texels.chunks_exact_mut(count).take(TEXELS) {
-                let mut sums = [0i64; 4];
-                for &near in &from[..sources] {
-                    for (sum, bits) in sums.iter_mut().zip(plane[near]) {
-                        *sum += units_from_f16(bits);
+    /// Fills absent probes in again about those that changed. Calls `dirty` with each whose texels
+    /// are others now. Returns how many were looked at.
+    pub(super) fn update(
+        &mut self,
+        dims: [u16; 3],
+        probes: &[Probe],
+        texels: &mut [Texel],
+        mut dirty: impl FnMut(usize),
+    ) -> u64 {
+        let mut steps = 0;
+        if !self.region.is_empty() {
+            steps += self.find_distances(dims, probes);
+            let Fill {
+                distances,
+                region,
+                levels,
+            } = self;
+            region.each(|probe| match distances[probe] {
+                0 => {}
+                FAR => {
+                    if put(texels, probes.len(), probe, |_| [0; 4]) {
+                        dirty(probe);
                     }
                 }
-                plane[probe as usize] = match sources {
-                    0 => [0; 4],
-                    _ => sums.map(|sum| f16_from_units(sum.div_euclid(sources as i64))),
-                };
-            }
+                distance => {
+                    levels[usize::from(distance)].insert(probe);
+                }
+            });
+            region.clear();
         }
+        for distance in 0..=REACH {
+            let (done, next) = self.levels.split_at_mut(distance + 1);
+            let (level, distances) = (&mut done[distance], &self.distances);
+            level.each(|probe| {
+                steps += 1;
+                if distance > 0 {
+                    if !average(dims, probe, distances, texels) {
+                        return;
+                    }
+                    dirty(probe);
+                }
+                if let Some(next) = next.first_mut() {
+                    neighbours(dims, probe, |near| {
+                        if usize::from(distances[near]) == distance + 1 {
+                            next.insert(near);
+                        }
+                    });
+                }
+            });
+            level.clear();
+        }
+        steps
+    }
+
+    /// Extends the region to all probes within reach of those that came or went, and finds their
+    /// distances. Those of others cannot change.
+    fn find_distances(&mut self, dims: [u16; 3], probes: &[Probe]) -> u64 {
+        let mut steps = 0;
+        let [_, border, next, ..] = &mut self.levels;
+        self.region.each(|probe| {
+            border.insert(probe);
+        });
+        for _ in 0..REACH {
+            border.each(|probe| {
+                neighbours(dims, probe, |near| {
+                    if self.region.insert(near) {
+                        next.insert(near);
+                    }
+                });
+            });
+            border.clear();
+            core::mem::swap(border, next);
+        }
+        border.clear();
+        let distances = &mut self.distances;
+        self.region.each(|probe| {
+            distances[probe] = if probes[probe].level > 0 { 0 } else { FAR };
+        });
+        for distance in 1..FAR {
+            self.region.each(|probe| {
+                steps += 1;
+                if distances[probe] != FAR {
+                    return;
+                }
+                let mut found = false;
+                neighbours(dims, probe, |near| found |= distances[near] == distance - 1);
+                if found {
+                    distances[probe] = distance;
+                }
+            });
+        }
+        steps
     }
 }
 
-/// Gives a distance to the neighbours that have none, and puts them in order.
-fn reach(dims: [u16; 3], probe: u32, distance: u32, distances: &mut [u32], order: &mut Vec<u32>) {
+/// Fills a probe from its neighbours that are one step nearer to a present one. Returns whether its
+/// texels changed.
+fn average(dims: [u16; 3], probe: usize, distances: &[u8], texels: &mut [Texel]) -> bool {
+    let nearer = distances[probe] - 1;
+    let (mut from, mut sources) = ([0; 6], 0);
     neighbours(dims, probe, |near| {
-        if distances[near as usize] == UNREACHED {
-            distances[near as usize] = distance;
-            order.push(near);
+        if distances[near] == nearer {
+            from[sources] = near;
+            sources += 1;
         }
     });
+    put(texels, distances.len(), probe, |plane| {
+        let mut sums = [0i64; 4];
+        for &near in &from[..sources] {
+            for (sum, bits) in sums.iter_mut().zip(plane[near]) {
+                *sum += units_from_f16(bits);
+            }
+        }
+        sums.map(|sum| f16_from_units(sum.div_euclid(sources.max(1) as i64)))
+    })
+}
+
+/// Writes the texels of a probe, each computed from its plane. Returns whether they changed.
+fn put(
+    texels: &mut [Texel],
+    count: usize,
+    probe: usize,
+    texel: impl Fn(&[Texel]) -> Texel,
+) -> bool {
+    let mut changed = false;
+    for plane in texels.chunks_exact_mut(count).take(TEXELS) {
+        let texel = texel(plane);
+        changed |= plane[probe] != texel;
+        plane[probe] = texel;
+    }
+    changed
 }
 
 /// The probes one step away along an axis.
-fn neighbours(dims: [u16; 3], probe: u32, mut each: impl FnMut(u32)) {
+#[inline]
+fn neighbours(dims: [u16; 3], probe: usize, mut visit: impl FnMut(usize)) {
     let mut stride = 1;
-    for dim in dims.map(u32::from) {
+    for dim in dims.map(usize::from) {
         let at = probe / stride % dim;
         if at > 0 {
-            each(probe - stride);
+            visit(probe - stride);
         }
         if at + 1 < dim {
-            each(probe + stride);
+            visit(probe + stride);
         }
         stride *= dim;
     }

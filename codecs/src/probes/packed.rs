@@ -5,6 +5,7 @@ use super::values::{MOST_LOG, MOST_RELATIVE, Scales};
 use super::{CODES, GROUPS, Probe, Volume, codes_below};
 use crate::entropy::Coder;
 use crate::error::Fault;
+use crate::index_set::IndexSet;
 
 /// What is remembered of a probe for those after it: bits 0 to 26 which codes have a residual, bits
 /// 32 to 58 which of those are negative.
@@ -15,50 +16,98 @@ const SIGNS: u32 = 32;
 /// Bits of a magnitude, at most.
 const LONGEST: usize = 16;
 
-/// Codes probes in the order of their indices. `base` is what they change from: nothing in a
-/// keyframe. `wanted` is what a writer wants, and nothing for a reader. What they come to stands in
-/// `probes` afterwards. Returns how many changed.
+/// What a walk over the probes of a volume reads and writes.
+pub(super) struct Walk<'a> {
+    /// At first what the probes change from, afterwards what they come to.
+    pub(super) probes: &'a mut [Probe],
+    /// Which of them are present at first; none of them without a set.
+    pub(super) present: Option<&'a IndexSet>,
+    /// One for each probe, of those that change; 0 at first.
+    pub(super) marks: &'a mut [Mark],
+    /// Gets the probes that change; empty at first.
+    pub(super) changed: &'a mut IndexSet,
+}
+
+/// Codes probes in the order of their indices. `wanted` is what a writer wants, and nothing for a
+/// reader. Returns how many changed.
+///
+/// A reader takes runs of probes that do not change in one step, so that its work grows with the
+/// bytes and with the probes that change.
 pub(super) fn code<C: Coder>(
     coder: &mut C,
     volume: &Volume,
     scales: &Scales,
-    base: Option<&[Probe]>,
     wanted: Option<&[Probe]>,
-    probes: &mut [Probe],
-    marks: &mut [Mark],
+    walk: &mut Walk<'_>,
 ) -> Result<u32, Fault> {
-    let [dx, dy, dz] = volume.dims.map(usize::from);
-    let strides = [1, dx, dx * dy];
+    let dims = volume.dims.map(usize::from);
+    let strides = [1, dims[0], dims[0] * dims[1]];
     let mut changed_probes = 0;
+    let mut place = [0; 3];
     let mut at = 0;
-    for z in 0..dz {
-        for y in 0..dy {
-            for x in 0..dx {
-                let (done, rest) = probes.split_at_mut(at);
-                let (marked, unmarked) = marks.split_at_mut(at);
-                let inside = [x > 0, y > 0, z > 0];
-                let before = |axis: usize| inside[axis].then(|| at - strides[axis]);
-                let around = Around {
-                    probes: [0, 1, 2].map(|axis| before(axis).map(|near| &done[near])),
-                    marks: [0, 1, 2].map(|axis| before(axis).map_or(0, |near| marked[near])),
-                };
-                let base = base.map_or(&Probe::ABSENT, |base| &base[at]);
-                let wanted = wanted.map_or(&Probe::ABSENT, |wanted| &wanted[at]);
-                let probe = &mut rest[0];
-                *probe = *base;
-                let fresh = base.level == 0;
-                let context = contexts::changed(fresh, around.count(CHANGED));
-                let changed = coder.bit(context, wanted != base);
-                unmarked[0] = 0;
-                if changed {
-                    unmarked[0] = code_probe(coder, scales, &around, base, wanted, probe)?;
-                    changed_probes += 1;
-                }
-                at += 1;
+    while at < walk.probes.len() {
+        let before = |axis: usize| (place[axis] > 0).then(|| at - strides[axis]);
+        let marks = [0, 1, 2].map(|axis| before(axis).map_or(0, |near| walk.marks[near]));
+        let base = walk.probes[at];
+        let fresh = base.level == 0;
+        let context = contexts::changed(fresh, count(marks, CHANGED));
+        if count(marks, CHANGED) == 0 && coder.is_sure(context) {
+            let most = walk.quiet(at, strides, coder.is_sure(contexts::changed(!fresh, 0)));
+            let run = coder.zeros(most);
+            if run > 0 {
+                at += run;
+                place = [at % dims[0], at / dims[0] % dims[1], at / strides[2]];
+                continue;
+            }
+        }
+        let wanted = wanted.map_or(&Probe::ABSENT, |wanted| &wanted[at]);
+        if coder.bit(context, *wanted != base) {
+            let (done, rest) = walk.probes.split_at_mut(at);
+            let around = Around {
+                probes: [0, 1, 2].map(|axis| before(axis).map(|near| &done[near])),
+                marks,
+            };
+            walk.changed.insert(at);
+            let probe = &mut rest[0];
+            walk.marks[at] = code_probe(coder, scales, &around, &base, wanted, probe)?;
+            changed_probes += 1;
+        }
+        at += 1;
+        place[0] += 1;
+        for axis in 0..2 {
+            if place[axis] == dims[axis] {
+                place[axis] = 0;
+                place[axis + 1] += 1;
             }
         }
     }
     Ok(changed_probes)
+}
+
+impl Walk<'_> {
+    /// How many probes from `at` on have no neighbour that changed so far and, unless both kinds
+    /// are alike, are present as the first one is, or absent.
+    fn quiet(&self, at: usize, strides: [usize; 3], alike: bool) -> usize {
+        let mut end = self.probes.len();
+        for stride in strides {
+            let near = self.changed.next(at.saturating_sub(stride));
+            end = near.map_or(end, |near| end.min((near + stride).max(at + 1)));
+        }
+        if let Some(present) = self.present.filter(|_| !alike) {
+            end = match self.probes[at].level {
+                0 => present.next(at).map_or(end, |other| end.min(other)),
+                _ => end.min(present.next_missing(at)),
+            };
+        }
+        end - at
+    }
+}
+
+/// How many marks have one of these bits.
+#[inline(always)]
+fn count(marks: [Mark; 3], bits: Mark) -> usize {
+    let marks = marks.map(|mark| usize::from(mark & bits != 0));
+    marks[0] + marks[1] + marks[2]
 }
 
 /// The neighbours that come before a probe, one step back along each axis.
@@ -71,8 +120,7 @@ impl Around<'_> {
     /// How many have one of these bits.
     #[inline(always)]
     fn count(&self, bits: Mark) -> usize {
-        let marks = self.marks.map(|mark| usize::from(mark & bits != 0));
-        marks[0] + marks[1] + marks[2]
+        count(self.marks, bits)
     }
 
     /// Positive residuals of a code less the negative ones.

@@ -4,16 +4,17 @@ use alloc::vec::Vec;
 
 use super::{CODES, Probe};
 use crate::error::Fault;
+use crate::index_set::IndexSet;
 
 /// Bytes of a probe: 27 values and two zeros.
 const PROBE_BYTES: usize = 56;
 
-/// Reads the probes of a volume; `base` is what they change from, nothing in a keyframe. Returns how
-/// many changed.
+/// Reads the probes of a volume: at first what they change from, afterwards what they come to. Adds
+/// those that change to `changed`, and returns how many they are.
 pub(super) fn read(
     bytes: &[u8],
-    base: Option<&[Probe]>,
     probes: &mut [Probe],
+    changed_probes: &mut IndexSet,
 ) -> Result<u32, Fault> {
     let map_bytes = probes.len().div_ceil(8);
     let maps = bytes.split_at_checked(2 * map_bytes);
@@ -35,11 +36,15 @@ pub(super) fn read(
         return Err(Fault::ProbesSize);
     }
     let mut values = values.as_chunks::<PROBE_BYTES>().0.iter();
-    for (index, probe) in probes.iter_mut().enumerate() {
-        let bit = |map: &[u8]| map[index / 8] >> (index % 8) & 1 == 1;
-        *probe = base.map_or(Probe::ABSENT, |base| base[index]);
-        if bit(changed) {
-            *probe = match bit(present).then(|| values.next()).flatten() {
+    for (at, (&changed, &present)) in changed.iter().zip(present).enumerate() {
+        let mut left = changed;
+        while left != 0 {
+            let bit = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let index = 8 * at + bit;
+            changed_probes.insert(index);
+            let values = (present >> bit & 1 == 1).then(|| values.next());
+            probes[index] = match values.flatten() {
                 Some(bytes) => read_probe(bytes)?,
                 None => Probe::ABSENT,
             };

@@ -6,16 +6,24 @@ use super::fill::Fill;
 use super::packed::Mark;
 use super::values::{Scales, values};
 use super::{CODES, Coding, Probe, TEXELS, Texel, Volume};
-use crate::dirty::DirtyRange;
-use crate::room::make_room;
+use crate::dirty::{DirtyList, DirtyRange};
+use crate::error::Fault;
+use crate::index_set::IndexSet;
+use crate::room::{filled, make_room, reserve_exact};
 use crate::track::LiveTrack;
 
-/// Bytes of state of a probe without its visibility: codes as committed and as the frame in the
-/// making leaves them, texels, what the syntax remembers, and the order of the fill.
-pub(super) const PROBE_BYTES: u64 = (2 * size_of::<Probe>()
-    + TEXELS * size_of::<Texel>()
-    + size_of::<Mark>()
-    + 2 * size_of::<u32>()) as u64;
+/// What a probe without its visibility counts against the limit of decoded state (`spec/probes.md`
+/// §3): codes as committed and as the pending frame leaves them, texels, what the syntax remembers,
+/// the distance of the fill, and a bit in each set.
+pub(super) const PROBE_BYTES: u64 = 184;
+/// Sets of probes of a volume; each rounds its bits up to 8 bytes.
+pub(super) const SETS: usize = 3 + Fill::SETS;
+const _: () = assert!(
+    2 * size_of::<Probe>() + TEXELS * size_of::<Texel>() + size_of::<Mark>() + 1 + SETS.div_ceil(8)
+        <= PROBE_BYTES as usize
+);
+/// Dirty ranges of a volume.
+pub(super) const MAX_DIRTY: usize = 8;
 
 /// All volumes, as of the last commit.
 ///
@@ -24,7 +32,7 @@ pub(super) const PROBE_BYTES: u64 = (2 * size_of::<Probe>()
 /// `v / 4`; the 28th is 0. So a plane is a 3D texture `rgba16float` of Dx x Dy x Dz, and all seven
 /// stacked in depth are one. A shader multiplies by two to the volume's exponent.
 ///
-/// Absent probes are filled in from the present ones about them.
+/// Absent probes near present ones are filled in from those (`spec/probes.md` §8); others are 0.
 #[derive(Default)]
 pub struct State {
     /// Ids ascending.
@@ -49,10 +57,11 @@ impl State {
         volume.has_visibility().then_some(&volume.visibility[..])
     }
 
-    /// Probes of a track whose texels changed since [`crate::Decoder::clear_dirty`], the same in each
-    /// of the seven planes. All of them in a track that was added.
-    pub fn dirty_of(&self, live: &LiveTrack) -> Option<DirtyRange> {
-        self.of(live)?.dirty
+    /// Probes of a track whose texels changed since [`crate::Decoder::clear_dirty`], filled ones
+    /// included, the same in each of the seven planes: ascending, merged, at most 8. All of them
+    /// in a track that was added.
+    pub fn dirty_of(&self, live: &LiveTrack) -> &[DirtyRange] {
+        self.of(live).map_or(&[], |volume| volume.dirty.ranges())
     }
 
     /// The visibility block of a track came, went or changed since [`crate::Decoder::clear_dirty`].
@@ -73,55 +82,58 @@ impl State {
         Some(&mut self.volumes[index])
     }
 
-    pub(super) fn add(&mut self, id: u32, volume: &Volume, limit: usize) {
-        make_room(&mut self.volumes, 1, limit);
-        self.volumes.push(VolumeState::new(id, volume));
+    pub(super) fn add(&mut self, id: u32, volume: &Volume, limit: usize) -> Result<(), Fault> {
+        make_room(&mut self.volumes, 1, limit)?;
+        self.volumes.push(VolumeState::new(id, volume)?);
+        Ok(())
     }
 }
 
-/// The state of a track, and the frame in the making.
+/// The state of a track, and what the pending frame makes of it.
 pub(super) struct VolumeState {
     pub(super) id: u32,
     pub(super) volume: Volume,
     pub(super) probes: Vec<Probe>,
-    /// All probes as the frame in the making leaves them, once its content has come.
+    /// All probes as the pending frame leaves them; as committed outside `touched`.
     pub(super) next: Vec<Probe>,
+    /// Probes whose `next` was written.
+    touched: IndexSet,
+    /// Probes that the section in progress changes, and what is remembered of each. Empty and 0
+    /// between sections.
+    pub(super) changed: IndexSet,
     pub(super) marks: Vec<Mark>,
+    /// Probes that are present in the committed state.
+    pub(super) present: IndexSet,
     texels: Vec<Texel>,
     /// Empty, or all of it.
     visibility: Vec<u8>,
     fill: Fill,
-    dirty: Option<DirtyRange>,
+    dirty: DirtyList,
     visibility_dirty: bool,
 }
 
 impl VolumeState {
-    fn new(id: u32, volume: &Volume) -> VolumeState {
+    fn new(id: u32, volume: &Volume) -> Result<VolumeState, Fault> {
         let count = volume.count();
-        // Exact: the limit counts it so.
-        fn zeros<T: Clone>(count: usize, zero: T) -> Vec<T> {
-            let mut items = Vec::new();
-            items.reserve_exact(count);
-            items.resize(count, zero);
-            items
-        }
         let mut visibility = Vec::new();
-        visibility.reserve_exact(volume.visibility_bytes() as usize);
-        VolumeState {
+        reserve_exact(&mut visibility, volume.visibility_bytes() as usize)?;
+        let mut dirty = DirtyList::new(MAX_DIRTY)?;
+        dirty.add(0, count as u32);
+        Ok(VolumeState {
             id,
             volume: *volume,
-            probes: zeros(count, Probe::ABSENT),
-            next: zeros(count, Probe::ABSENT),
-            marks: zeros(count, 0),
-            texels: zeros(TEXELS * count, [0; 4]),
+            probes: filled(count, Probe::ABSENT)?,
+            next: filled(count, Probe::ABSENT)?,
+            touched: IndexSet::new(count)?,
+            changed: IndexSet::new(count)?,
+            marks: filled(count, 0)?,
+            present: IndexSet::new(count)?,
+            texels: filled(TEXELS * count, [0; 4])?,
             visibility,
-            fill: Fill::with_room(count),
-            dirty: Some(DirtyRange {
-                start: 0,
-                end: count as u32,
-            }),
+            fill: Fill::new(count)?,
+            dirty,
             visibility_dirty: true,
-        }
+        })
     }
 
     pub(super) fn has_visibility(&self) -> bool {
@@ -141,58 +153,90 @@ impl VolumeState {
         }
     }
 
-    /// Makes `next` the committed state, and its texels with it.
-    pub(super) fn apply(&mut self) {
-        core::mem::swap(&mut self.probes, &mut self.next);
+    /// The pending frame starts with all probes absent.
+    pub(super) fn start_empty(&mut self) {
+        self.present.each(|probe| {
+            self.next[probe] = Probe::ABSENT;
+            self.touched.insert(probe);
+        });
+    }
+
+    /// A section was read, to its end or to a fault.
+    pub(super) fn end_section(&mut self) {
+        self.changed.each(|probe| {
+            self.marks[probe] = 0;
+            self.touched.insert(probe);
+        });
+        self.changed.clear();
+    }
+
+    /// Drops what the pending frame made of the probes.
+    pub(super) fn revert(&mut self) {
+        self.touched
+            .each(|probe| self.next[probe] = self.probes[probe]);
+        self.touched.clear();
+    }
+
+    /// Makes `next` the committed state, and its texels with it. Returns how many probes were
+    /// looked at, those of the fill included.
+    pub(super) fn apply(&mut self) -> u64 {
         let scales = match self.volume.coding {
             Coding::Raw => None,
             Coding::Packed(steps) => Some(Scales::new(&steps)),
         };
-        let (mut first, mut end) = (usize::MAX, 0);
-        let mut other_places = false;
-        for (index, (probe, old)) in self.probes.iter().zip(&self.next).enumerate() {
+        let count = self.probes.len();
+        let mut steps = 0;
+        self.touched.each(|index| {
+            steps += 1;
+            let probe = self.next[index];
+            let old = core::mem::replace(&mut self.probes[index], probe);
             if probe == old {
-                continue;
+                return;
             }
-            first = first.min(index);
-            end = index + 1;
-            other_places |= (probe.level == 0) != (old.level == 0);
-            let values = match &scales {
-                None => probe.codes.map(|code| code as u16),
-                Some(scales) => values(scales, probe),
-            };
-            put_texels(&mut self.texels, self.probes.len(), index, &values);
-        }
-        if end == 0 {
-            return;
-        }
-        if other_places {
-            self.fill.find(self.volume.dims, &self.probes);
-        }
-        if !self.fill.is_empty() {
-            self.fill.write(self.volume.dims, &mut self.texels);
-            (first, end) = (0, self.probes.len());
-        }
-        self.touch(first as u32, end as u32);
+            match (probe.level > 0, old.level > 0) {
+                (true, false) => {
+                    self.present.insert(index);
+                    self.fill.came_or_went(index);
+                }
+                (false, true) => {
+                    self.present.remove(index);
+                    self.fill.came_or_went(index);
+                }
+                _ => {}
+            }
+            if probe.level > 0 {
+                let values = match &scales {
+                    None => probe.codes.map(|code| code as u16),
+                    Some(scales) => values(scales, &probe),
+                };
+                put_texels(&mut self.texels, count, index, &values);
+                self.fill.changed(index);
+                self.dirty.add_one(index);
+            }
+        });
+        self.touched.clear();
+        let VolumeState {
+            fill,
+            probes,
+            texels,
+            dirty,
+            ..
+        } = self;
+        let dims = self.volume.dims;
+        steps += fill.update(dims, probes, texels, |probe| dirty.add_one(probe));
+        dirty.settle();
+        steps
     }
 
     /// No probe is there, and no visibility.
-    pub(super) fn empty(&mut self) {
-        self.probes.fill(Probe::ABSENT);
-        self.texels.fill([0; 4]);
-        self.fill.find(self.volume.dims, &self.probes);
+    pub(super) fn empty(&mut self) -> u64 {
+        self.start_empty();
         self.set_visibility(None);
-        self.touch(0, self.probes.len() as u32);
-    }
-
-    fn touch(&mut self, start: u32, end: u32) {
-        let dirty = self.dirty.get_or_insert(DirtyRange { start, end });
-        dirty.start = dirty.start.min(start);
-        dirty.end = dirty.end.max(end);
+        self.apply()
     }
 
     pub(super) fn clear_dirty(&mut self) {
-        self.dirty = None;
+        self.dirty.clear();
         self.visibility_dirty = false;
     }
 }

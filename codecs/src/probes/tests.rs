@@ -9,8 +9,9 @@ mod field;
 use super::f16::{f16_from_units, units_from_f16};
 use super::*;
 use crate::entropy::{Coder, Writer};
+use crate::index_set::IndexSet;
 use field::{Coefficients, Field, Knobs, USUAL};
-use packed::code;
+use packed::{Walk, code};
 use values::{POWERS, Scales};
 
 fn volume(dims: [u16; 3], coding: Coding) -> Volume {
@@ -375,19 +376,15 @@ fn encode(
             counts,
             bits: 0,
         };
-        let mut written = alloc::vec![Probe::ABSENT; probes.len()];
-        let mut marks = alloc::vec![0; probes.len()];
-        let known = (frame > 0).then_some(&base[..]);
-        code(
-            &mut coder,
-            &volume,
-            &Scales::new(&steps),
-            known,
-            Some(&probes),
-            &mut written,
-            &mut marks,
-        )
-        .unwrap();
+        base.resize(probes.len(), Probe::ABSENT);
+        let mut walk = Walk {
+            probes: &mut base,
+            present: None,
+            marks: &mut alloc::vec![0; probes.len()],
+            changed: &mut IndexSet::new(probes.len()).unwrap(),
+        };
+        let scales = Scales::new(&steps);
+        code(&mut coder, &volume, &scales, Some(&probes), &mut walk).unwrap();
         outcome.bits.push(coder.bits);
         coder.writer.end();
         outcome.bytes.push(bytes.len());

@@ -10,6 +10,7 @@ from errors import Fault
 from tracks import PROBES, RAW, Volume
 
 KEYFRAME = 1
+REACH = 4  # most steps from an absent probe that is filled to a present one
 VISIBILITY = 1
 NO_CODES = (0,) * 27
 
@@ -133,6 +134,8 @@ class RangeDecoder:
         self.code = 0
         for _ in range(4):
             self.code = self.code << 8 | self.next_byte()
+        if self.code >= self.range:  # [B-035]
+            raise Fault(3105)
         self.estimates = [256 * start + 128 for start in STARTS]  # [B-033]
 
     def next_byte(self) -> int:
@@ -430,13 +433,13 @@ def probe_values(track: Volume, probe: Probe) -> tuple[int, ...]:
 
 
 def all_values(track: Volume, content: Content) -> list[tuple[int, ...]]:
-    """The values of every probe: the present ones, and absent ones filled (section 8)."""
+    """The values of every probe: the present ones, and absent ones within reach filled (section 8)."""
     values: list[tuple[int, ...] | None] = [None] * track.probes
     for index, probe in content.probes.items():
         values[index] = probe_values(track, probe)
 
     latest = sorted(content.probes)  # the probes of distance d - 1
-    while latest:  # [B-060], one distance after the other
+    for _ in range(REACH):  # [B-060], one distance after the other
         due: dict[int, list[int]] = {}  # the probes of distance d, with those that they are near to
         for index in latest:
             for neighbour in all_neighbours(track, index):

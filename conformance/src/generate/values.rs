@@ -34,12 +34,15 @@ pub fn lines(held: &Held) -> Vec<String> {
 /// 27 values of a probe, in units of 2^-24 after rounding.
 type Values = [i64; 27];
 
-/// Values of all probes, absent ones filled in (B-060).
+/// Most steps from an absent probe that is filled to a present one.
+const REACH: usize = 4;
+
+/// Values of all probes, absent ones within reach filled in (B-060).
 pub fn shown(volume: &Volume, probes: &[Probe]) -> Vec<Values> {
     let mut values: Vec<Values> = probes.iter().map(|p| of_probe(volume, p)).collect();
     let mut near: Vec<bool> = probes.iter().map(|p| p.level > 0).collect();
     // Each round fills what is one step from what was filled before it.
-    loop {
+    for _ in 0..REACH {
         let border: Vec<usize> = (0..probes.len())
             .filter(|&p| !near[p] && around(volume, p).any(|n| near[n]))
             .collect();
@@ -51,14 +54,12 @@ pub fn shown(volume: &Volume, probes: &[Probe]) -> Vec<Values> {
             })
         });
         let filled: Vec<Values> = filled.collect();
-        if border.is_empty() {
-            return values;
-        }
         for (&p, filled) in border.iter().zip(filled) {
             values[p] = filled;
             near[p] = true;
         }
     }
+    values
 }
 
 fn around(volume: &Volume, probe: usize) -> impl Iterator<Item = usize> {

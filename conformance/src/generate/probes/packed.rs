@@ -1,4 +1,4 @@
-//! The coding `packed`: bytes, bits and contexts, clauses B-030 to B-034, B-040 and B-041.
+//! The coding `packed`: bytes, bits and contexts, clauses B-030 to B-035, B-040 and B-041.
 
 use super::{Content, Draft, Place, Volume, faults, invalid, ordered, some, streams, valid};
 use crate::forge::kind;
@@ -40,6 +40,29 @@ fn lengths(drafts: &mut Vec<Draft>) {
                 "packed-bytes-over",
                 "Bytes follow the section, the first of them not 0",
                 |s| s.probes.extend([0, 0, 0, 0, 0xff, 1]),
+            ),
+        ],
+    );
+    // A code that is not below the range, whatever follows.
+    faults(
+        drafts,
+        (3105, "B-035"),
+        &volume,
+        &[
+            (
+                "packed-code-at-range",
+                "The section is four bytes of ff",
+                |s| s.probes = vec![0xff; 4],
+            ),
+            (
+                "packed-code-at-range-long",
+                "The section is nine bytes of ff",
+                |s| s.probes = vec![0xff; 9],
+            ),
+            (
+                "packed-code-at-range-then-bits",
+                "The section starts with four bytes of ff, and goes on as it was",
+                |s| s.probes.splice(..0, [0xff; 4]).for_each(drop),
             ),
         ],
     );
@@ -342,12 +365,15 @@ fn carries(drafts: &mut Vec<Draft>) {
         let name = format!("packed-all-{name}");
         drafts.push(valid(&name, &["B-030", "B-031"], comment, frames));
     }
-    // The bits of a decoder that reads 255 throughout are ones; they make a code out of range.
+    // The bits of a decoder whose code stays just below its range are ones; they make a code out of
+    // range.
     let frames = streams(std::slice::from_ref(&volume));
     let mut sections = frames.sections(true, &[Content::new(1, vec![Probe::ABSENT; 64])]);
     sections[0].probes = vec![0xff; 400];
+    sections[0].probes[3] = 0xfe;
     let refused = frames.refused_of(kind::PROBES, &payload(None, &sections));
-    let comment = "A section of 400 bytes of 255: level 1 and a luma that is negative.";
+    let comment =
+        "A section of 400 bytes of 255, the fourth 254: level 1 and a luma that is negative.";
     drafts.push(invalid(
         (3104, "packed-all-ones"),
         &["B-042"],

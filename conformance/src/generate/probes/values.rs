@@ -219,13 +219,13 @@ fn fill(drafts: &mut Vec<Draft>) {
     for (name, volume) in [("packed", &packed), ("raw", &raw)] {
         case(
             &format!("one-corner-{name}"),
-            "One probe in a corner is there, and fills all.",
+            "One probe in a corner is there, and fills all within four steps.",
             volume,
             &[0],
         );
         case(
             &format!("one-within-{name}"),
-            "One probe within is there, and fills all.",
+            "One probe within is there, and fills all within four steps.",
             volume,
             &[27],
         );
@@ -264,7 +264,7 @@ fn fill(drafts: &mut Vec<Draft>) {
     let row = Volume::packed([40, 1, 1]);
     case(
         "row",
-        "Two ends of a row fill what lies between.",
+        "Two ends of a row fill four probes each; those between are 0.",
         &row,
         &[0, 39],
     );
@@ -272,7 +272,7 @@ fn fill(drafts: &mut Vec<Draft>) {
         "row-even",
         "The middle of an odd stretch has both ends at one distance.",
         &row,
-        &[0, 38],
+        &[10, 18, 28],
     );
     follow(drafts);
 }
