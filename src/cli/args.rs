@@ -7,12 +7,12 @@ use glam::Vec3;
 
 use super::inputs;
 use super::limits::LimitArgs;
-use crate::Result;
 use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
 use crate::render::MAX_SIDE;
-use crate::scene::Scene;
+use crate::scene::{LoadOptions, Scene};
 use crate::trace::Aabb;
+use crate::{Error, Result};
 
 /// Which scene, seen from where, when, and how large.
 #[derive(Clone, Debug, Args)]
@@ -21,6 +21,9 @@ pub struct SceneArgs {
     /// scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
+    /// The scene within the glTF file, by number or name; the file's default one if not given.
+    #[arg(long = "scene", visible_alias = "gltf-scene", value_name = "N|NAME")]
+    pub gltf_scene: Option<String>,
     #[command(flatten)]
     pub view: ViewArgs,
 }
@@ -43,6 +46,9 @@ pub struct ViewArgs {
     /// Width and height of pictures in pixels.
     #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
     pub size: (u32, u32),
+    /// The animation that plays, by name or number; otherwise all that do not overlap.
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
     /// Frame to show, counted from 0 at the frame rate.
     #[arg(long, value_name = "K", conflicts_with = "time")]
     pub frame: Option<u32>,
@@ -248,18 +254,29 @@ pub struct Rate {
 }
 
 impl SceneArgs {
-    /// Loads the scene; no output can replace its files from then on.
+    /// Loads the scene, for ambient occlusion alone without `colors`; no output can replace its files
+    /// from then on.
     ///
     /// # Errors
-    /// As [`Scene::load`] and [`inputs::scene_from_stdin`].
-    pub fn load(&self) -> Result<Scene> {
+    /// As [`Scene::load_with`] and [`inputs::scene_from_stdin`], and `Usage` for a choice in the
+    /// built-in scene, which has none.
+    pub fn load(&self, colors: bool) -> Result<Scene> {
+        let options = LoadOptions {
+            colors,
+            animation: self.view.animation.clone(),
+            scene: self.gltf_scene.clone(),
+        };
         if self.scene == Path::new("hall") {
+            if options.animation.is_some() || options.scene.is_some() {
+                let text = "the built-in scene has one scene and one animation to choose from";
+                return Err(Error::Usage(text.into()));
+            }
             return Ok(Scene::hall());
         }
         if inputs::is_dash(&self.scene) {
-            return inputs::scene_from_stdin();
+            return inputs::scene_from_stdin(&options);
         }
-        let scene = Scene::load(&self.scene)?;
+        let scene = Scene::load_with(&self.scene, &options)?;
         inputs::protect_scene(&self.scene);
         Ok(scene)
     }

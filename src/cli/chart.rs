@@ -103,7 +103,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         [Model::Probes] => return probes::run(args),
         _ => return Err(Error::Usage("chart one model at a time".into())),
     }
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(true)?;
     files::create_folder(&args.output)?;
     let points = args.encode.options(args.scene.view.aspect());
     let job = args.encode.job(&scene, &args.scene.view)?;

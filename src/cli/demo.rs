@@ -26,6 +26,9 @@ pub struct Args {
     /// A glTF file, `-` for one on standard input, or `hall` for the built-in scene.
     #[arg(value_name = "SCENE", default_value = "hall")]
     scene: PathBuf,
+    /// The scene within the glTF file, by number or name; the file's default one if not given.
+    #[arg(long = "scene", visible_alias = "gltf-scene", value_name = "N|NAME")]
+    gltf_scene: Option<String>,
     /// Folder for the stream, the pictures and the report; missing folders are made.
     #[arg(long, value_name = "DIR", default_value = "dapple-demo")]
     out: PathBuf,
@@ -65,9 +68,10 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     given.warn_without_effect(&args.encode.active());
     let scene_args = SceneArgs {
         scene: args.scene.clone(),
+        gltf_scene: args.gltf_scene.clone(),
         view: args.view.clone(),
     };
-    let scene = scene_args.open()?;
+    let scene = scene_args.open(true)?;
     let encode = EncodeArgs {
         frames: Some(args.encode.frames.unwrap_or(FRAMES)),
         ..args.encode.clone()

@@ -82,6 +82,8 @@ const ENCODE: &[Effect] = &[
         needs: &[],
         options: &[
             "scene",
+            "gltf_scene",
+            "animation",
             "model",
             "output",
             "json",
@@ -125,6 +127,8 @@ const DEMO: &[Effect] = &[
         needs: &[],
         options: &[
             "scene",
+            "gltf_scene",
+            "animation",
             "model",
             "out",
             "camera",
@@ -170,8 +174,19 @@ const CHART: &[Effect] = &[
     Effect {
         needs: &[],
         options: &[
-            "scene", "model", "output", "camera", "eye", "target", "size", "frame", "time",
-            "frames", "seed",
+            "scene",
+            "gltf_scene",
+            "animation",
+            "model",
+            "output",
+            "camera",
+            "eye",
+            "target",
+            "size",
+            "frame",
+            "time",
+            "frames",
+            "seed",
         ],
     },
     Effect {
@@ -225,7 +240,17 @@ const RENDER: &[Effect] = &[
     Effect {
         needs: &[],
         options: &[
-            "scene", "method", "output", "camera", "eye", "target", "size", "frame", "time",
+            "scene",
+            "gltf_scene",
+            "animation",
+            "method",
+            "output",
+            "camera",
+            "eye",
+            "target",
+            "size",
+            "frame",
+            "time",
         ],
     },
     Effect {

@@ -38,7 +38,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         return Err(Error::Usage(text.into()));
     }
     given.warn_without_effect(&args.encode.active());
-    let scene = args.scene.open()?;
+    let colors = args.encode.model.contains(&Model::Probes);
+    let scene = args.scene.open(colors)?;
     let job = args.encode.job(&scene, &args.scene.view)?;
     if let Some(probes) = &job.probes {
         job::warn_if_dark(&scene, &probes.sky);

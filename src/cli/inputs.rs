@@ -1,6 +1,6 @@
 //! Inputs of a command: scenes from files or standard input, and what must not be written over.
 
-use crate::scene::Scene;
+use crate::scene::{LoadOptions, Scene};
 use crate::{Error, Result, files};
 use serde_json::Value;
 use std::fs::File;
@@ -20,8 +20,8 @@ pub fn is_dash(path: &Path) -> bool {
 /// A scene from standard input, which has no files beside it.
 ///
 /// # Errors
-/// As [`Scene::from_bytes`], `Io` where it cannot be read, `Usage` for a terminal.
-pub fn scene_from_stdin() -> Result<Scene> {
+/// As [`Scene::from_bytes_with`], `Io` where it cannot be read, `Usage` for a terminal.
+pub fn scene_from_stdin(options: &LoadOptions) -> Result<Scene> {
     let name = "standard input";
     let mut bytes = Vec::new();
     let stdin = std::io::stdin();
@@ -42,7 +42,7 @@ pub fn scene_from_stdin() -> Result<Scene> {
             message: format!("it has more than {MAX_STDIN_BYTES} bytes"),
         });
     }
-    Scene::from_bytes(name, &bytes, None)
+    Scene::from_bytes_with(name, &bytes, None, options)
 }
 
 /// Keeps a scene's file and the files that it names from being written over.

@@ -150,12 +150,12 @@ impl ProbesArgs {
 }
 
 impl SceneArgs {
-    /// Loads the scene and tells its warnings.
+    /// Loads the scene, for ambient occlusion alone without `colors`, and tells its warnings.
     ///
     /// # Errors
     /// As [`SceneArgs::load`].
-    pub fn open(&self) -> Result<Scene> {
-        let scene = self.load()?;
+    pub fn open(&self, colors: bool) -> Result<Scene> {
+        let scene = self.load(colors)?;
         for warning in &scene.warnings {
             output::warn(&format!("{}: {warning}", scene.name));
         }

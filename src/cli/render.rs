@@ -31,6 +31,9 @@ pub struct Args {
     /// The scene that the stream was made for: a glTF file, `-` for one on standard input, or `hall`.
     #[arg(long, value_name = "SCENE")]
     scene: PathBuf,
+    /// The scene within the glTF file, by number or name; the file's default one if not given.
+    #[arg(long, value_name = "N|NAME")]
+    gltf_scene: Option<String>,
     #[command(flatten)]
     view: ViewArgs,
     #[command(flatten)]
@@ -117,9 +120,10 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     let scene = SceneArgs {
         scene: args.scene.clone(),
+        gltf_scene: args.gltf_scene.clone(),
         view: args.view.clone(),
     }
-    .open()?;
+    .open(true)?;
     let view = args.view.view(&scene)?;
     let received = match path {
         Some(path) if needs_stream => Some((Received::read(path, &scene, args)?, path)),

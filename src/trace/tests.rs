@@ -631,7 +631,7 @@ fn holes_let_rays_through_and_glass_stops_none() {
     scene.textures.push(Texture {
         width: 2,
         height: 1,
-        texels: vec![[255, 255, 255, 10], [255; 4]],
+        texels: [[255, 255, 255, 10], [255; 4]].into(),
         ..Texture::default()
     });
     scene.materials[0] = Material {

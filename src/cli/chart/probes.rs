@@ -200,7 +200,7 @@ fn variants(request: &Request) -> [Variant; 4] {
 /// # Errors
 /// As [`super::run`].
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let scene = args.scene.open()?;
+    let scene = args.scene.open(true)?;
     files::create_folder(&args.output)?;
     let view = args.scene.view.view(&scene)?;
     let time = args.scene.view.seconds(args.encode.fps);

@@ -7,6 +7,10 @@ use json::validation::Checked;
 
 type Index = json::Index<Accessor>;
 
+fn is_finite(values: &[f32]) -> bool {
+    values.iter().all(|v| v.is_finite())
+}
+
 /// An accessor's elements, tightly packed, sparse substitution done.
 struct Packed {
     bytes: Vec<u8>,
@@ -24,6 +28,39 @@ impl Document<'_> {
     /// Elements of `N` floating-point numbers; integers are converted, and scaled where the
     /// accessor is normalized. All are finite.
     pub(super) fn floats<const N: usize>(&self, index: Index, what: &str) -> Read<Vec<[f32; N]>> {
+        let values = self.numbers::<N>(index, what)?;
+        match values.iter().position(|v| !is_finite(v)) {
+            Some(at) => Err(format!(
+                "{what} holds a number that is not finite, at element {at}"
+            )),
+            None => Ok(values),
+        }
+    }
+
+    /// As [`Document::floats`], but elements that are not finite become `stand_in`, with a warning.
+    pub(super) fn floats_or<const N: usize>(
+        &self,
+        index: Index,
+        what: &str,
+        stand_in: [f32; N],
+    ) -> Read<Vec<[f32; N]>> {
+        let mut values = self.numbers::<N>(index, what)?;
+        let mut wrong = 0;
+        for value in values.iter_mut().filter(|v| !is_finite(&v[..])) {
+            *value = stand_in;
+            wrong += 1;
+        }
+        if wrong > 0 {
+            self.warn(format!(
+                "{what} holds numbers that are not finite; {wrong} of {} elements were left out",
+                values.len()
+            ));
+        }
+        Ok(values)
+    }
+
+    /// Elements of `N` floating-point numbers, finite or not.
+    pub(super) fn numbers<const N: usize>(&self, index: Index, what: &str) -> Read<Vec<[f32; N]>> {
         let packed = self.packed(index, N, what)?;
         let size = packed.component.size();
         let scale = match (packed.normalized, packed.component) {
@@ -54,12 +91,6 @@ impl Document<'_> {
             let mut values = [0.0; N];
             for (value, bytes) in values.iter_mut().zip(element.chunks_exact(size)) {
                 *value = number(bytes);
-            }
-            if !values.iter().all(|v| v.is_finite()) {
-                return Err(format!(
-                    "{what} holds a number that is not finite, at element {}",
-                    out.len()
-                ));
             }
             out.push(values);
         }
@@ -231,6 +262,7 @@ impl Document<'_> {
                 view.buffer.value()
             )
         })?;
+        let buffer = buffer.as_ref().map_err(String::clone)?;
         let start = usize::try_from(view.byte_offset.map_or(0, |o| o.0)).unwrap_or(usize::MAX);
         let length = usize::try_from(view.byte_length.0).unwrap_or(usize::MAX);
         let bytes = start
@@ -243,6 +275,13 @@ impl Document<'_> {
                     buffer.len()
                 )
             })?;
-        Ok((bytes, view.byte_stride.map(|s| s.0)))
+        let stride = view.byte_stride.map(|s| s.0);
+        if stride == Some(0) {
+            self.warn(format!(
+                "buffer view {} has a stride of 0; it was read as tightly packed",
+                index.value()
+            ));
+        }
+        Ok((bytes, stride.filter(|s| *s > 0)))
     }
 }

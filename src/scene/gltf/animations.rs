@@ -1,27 +1,99 @@
-//! Animation channels. All animations of a file are taken; where two drive the same property, the
-//! later one wins.
+//! Animation channels, and the choice of the animations that play.
 
 use super::nodes::{Order, unit};
-use super::{Document, Read, get};
+use super::{Document, Read, clean_name, find_named, get};
 use crate::scene::{Channel, ChannelValues, Interpolation, Scene};
 use ::gltf::json;
 use json::animation::Property;
 use json::validation::Checked;
+use std::collections::HashSet;
 
-/// Fills `scene.channels` and `scene.duration`.
+/// Fills `scene.channels` and `scene.duration`: with the animation that is chosen, or with each that
+/// drives no property of an earlier one.
 pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) -> Read<()> {
-    for (a, animation) in document.root.animations.iter().enumerate() {
-        for (c, channel) in animation.channels.iter().enumerate() {
-            let what = format!("channel {c} of animation {a}");
-            if let Some(channel) = read_channel(document, order, scene, animation, channel, &what)?
-            {
-                let last = channel.times.last().copied().unwrap_or(0.0);
-                scene.duration = scene.duration.max(last);
-                scene.channels.push(channel);
-            }
+    let animations = &document.root.animations;
+    let names: Vec<String> = (0..animations.len())
+        .map(|i| clean_name(animations[i].name.as_ref(), "animation ", i))
+        .collect();
+    if let Some(wanted) = &document.options.animation {
+        let chosen = find_named(wanted, &names, "animation")?;
+        let channels = read_animation(document, order, scene, chosen);
+        if channels.is_empty() {
+            document.warn(format!("animation {} moves nothing", names[chosen]));
         }
+        play(scene, channels);
+        return Ok(());
+    }
+    let mut driven = HashSet::new();
+    let (mut playing, mut left_out) = (Vec::new(), Vec::new());
+    for (i, name) in names.iter().enumerate() {
+        let channels = read_animation(document, order, scene, i);
+        if channels.is_empty() {
+            continue;
+        }
+        let targets: Vec<_> = channels.iter().map(target).collect();
+        if targets.iter().any(|t| driven.contains(t)) {
+            left_out.push(name.as_str());
+            continue;
+        }
+        driven.extend(targets);
+        playing.push(name.as_str());
+        play(scene, channels);
+    }
+    if !left_out.is_empty() {
+        document.warn(format!(
+            "animations overlap (they drive the same nodes): {} plays, {} does not; another is chosen \
+             by its name",
+            list(&playing),
+            list(&left_out)
+        ));
+    } else if playing.len() > 1 {
+        document.warn(format!(
+            "{} animations play together, without overlap: {}; one is chosen by its name",
+            playing.len(),
+            list(&playing)
+        ));
     }
     Ok(())
+}
+
+/// Names for a message, not too many.
+fn list(names: &[&str]) -> String {
+    const MOST: usize = 16;
+    let mut text = names[..names.len().min(MOST)].join(", ");
+    if names.len() > MOST {
+        text += &format!(" and {} more", names.len() - MOST);
+    }
+    text
+}
+
+fn play(scene: &mut Scene, channels: Vec<Channel>) {
+    for channel in &channels {
+        let last = channel.times.last().copied().unwrap_or(0.0);
+        scene.duration = scene.duration.max(last);
+    }
+    scene.channels.extend(channels);
+}
+
+/// Which property of which node a channel drives.
+fn target(channel: &Channel) -> (usize, std::mem::Discriminant<ChannelValues>) {
+    (channel.node, std::mem::discriminant(&channel.values))
+}
+
+fn read_animation(
+    document: &Document,
+    order: &Order,
+    scene: &mut Scene,
+    index: usize,
+) -> Vec<Channel> {
+    let animation = &document.root.animations[index];
+    let numbered = animation.channels.iter().enumerate();
+    let channels = numbered.filter_map(|(c, channel)| {
+        let what = format!("channel {c} of animation {index}");
+        let channel = read_channel(document, order, scene, animation, channel, &what);
+        document.optional(channel).flatten()
+    });
+    channels.collect()
 }
 
 /// `None` for a channel that has no effect.
@@ -34,8 +106,14 @@ fn read_channel(
     what: &str,
 ) -> Read<Option<Channel>> {
     let root = &document.root;
-    let sampler = get(&animation.samplers, channel.sampler, "animation sampler")?;
-    let target = get(&root.nodes, channel.target.node, "animated node")?;
+    if channel.target.node.value() == u32::MAX as usize {
+        // glTF 2.0, section 3.11: a channel without a node is to be ignored.
+        return Ok(None);
+    }
+    let sampler = get(&animation.samplers, channel.sampler, "animation sampler")
+        .map_err(|e| format!("{what}: {e}"))?;
+    let target = get(&root.nodes, channel.target.node, "animated node")
+        .map_err(|e| format!("{what}: {e}"))?;
     let node = order.of_source[channel.target.node.value()];
     let interpolation = match &sampler.interpolation {
         Checked::Valid(json::animation::Interpolation::Step) => Interpolation::Step,

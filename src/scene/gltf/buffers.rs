@@ -1,18 +1,18 @@
 //! Where the file's bytes come from: the binary chunk, data URIs and files beside it.
 
-use super::{Read, check_file};
+use super::{Read, check_file, shorten};
 use ::gltf::json;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Loads every buffer of the file.
+/// Loads every buffer of the file, or says what is wrong with it.
 pub(super) fn load<'a>(
     root: &json::Root,
     blob: Option<&'a [u8]>,
     folder: Option<&Path>,
-) -> Read<Vec<Cow<'a, [u8]>>> {
-    let mut buffers = Vec::with_capacity(root.buffers.len());
-    for (i, buffer) in root.buffers.iter().enumerate() {
+    warn: &dyn Fn(String),
+) -> Vec<Read<Cow<'a, [u8]>>> {
+    let load = |i: usize, buffer: &json::Buffer| -> Read<Cow<'a, [u8]>> {
         let what = format!("buffer {i}");
         let bytes = match (&buffer.uri, blob) {
             (Some(uri), _) => Cow::Owned(resolve(uri, folder, &what)?),
@@ -21,35 +21,39 @@ pub(super) fn load<'a>(
         };
         let length = buffer.byte_length.0;
         if (bytes.len() as u64) < length {
-            return Err(format!(
+            warn(format!(
                 "{what} is {length} bytes long but {} are there",
                 bytes.len()
             ));
         }
-        buffers.push(bytes);
-    }
-    Ok(buffers)
+        Ok(bytes)
+    };
+    let numbered = root.buffers.iter().enumerate();
+    numbered.map(|(i, buffer)| load(i, buffer)).collect()
 }
 
 /// The bytes behind a URI: base64 data, or a file in (or below, or beside) the scene's folder.
 pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<u8>> {
-    let shown: String = uri.chars().take(80).collect();
+    let shown = shorten(uri, 80);
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((header, payload)) = data.split_once(',') else {
             return Err(format!("the data URI of {what} has no comma"));
         };
-        if !header.ends_with(";base64") {
+        if !header.trim_end().ends_with(";base64") {
             return Err(format!("the data URI of {what} is not base64"));
         }
         return decode_base64(payload.as_bytes())
             .ok_or_else(|| format!("the data URI of {what} is not valid base64"));
     }
-    let path = percent_decode(uri);
+    let decoded = percent_decode(uri);
+    // Some exporters write the separators of Windows.
+    let slashed = decoded.replace('\\', "/");
     let is_scheme = |c: char| c.is_ascii_alphanumeric() || "+-.".contains(c);
     let has_scheme = uri
         .split_once(':')
         .is_some_and(|(scheme, _)| !scheme.is_empty() && scheme.chars().all(is_scheme));
-    if has_scheme || Path::new(&path).is_absolute() {
+    let is_absolute = |path: &str| Path::new(path).is_absolute();
+    if has_scheme || is_absolute(&slashed) || is_absolute(&decoded) {
         return Err(format!(
             "{what} is at {shown}; only data URIs and relative paths are read"
         ));
@@ -59,11 +63,18 @@ pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<
             "{what} is in the file {shown}, which cannot be looked up here"
         ));
     };
-    let path = folder.join(path);
-    let failed = |e: String| format!("{what}: {}: {e}", path.display());
-    let metadata = std::fs::metadata(&path).map_err(|e| failed(e.to_string()))?;
+    let literal = folder.join(uri);
+    let candidates = [folder.join(&decoded), folder.join(slashed.trim())];
+    let path = match candidates.iter().find(|path| path.is_file()) {
+        Some(path) => path,
+        // A name that has percent signs of its own.
+        None if literal.is_file() => &literal,
+        None => &candidates[1],
+    };
+    let failed = |e: String| format!("{what}: {}: {e}", shorten(&path.to_string_lossy(), 256));
+    let metadata = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?;
     check_file(&metadata).map_err(failed)?;
-    std::fs::read(&path).map_err(|e| failed(e.to_string()))
+    std::fs::read(path).map_err(|e| failed(e.to_string()))
 }
 
 fn percent_decode(text: &str) -> String {
@@ -86,7 +97,16 @@ fn percent_decode(text: &str) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
+/// Line breaks and blanks between the letters are skipped.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
+    let letters: Vec<u8>;
+    let text = if text.iter().any(u8::is_ascii_whitespace) {
+        let is_letter = |c: &u8| !c.is_ascii_whitespace();
+        letters = text.iter().copied().filter(is_letter).collect();
+        &letters
+    } else {
+        text
+    };
     let text = text.strip_suffix(b"=").unwrap_or(text);
     let text = text.strip_suffix(b"=").unwrap_or(text);
     if text.len() % 4 == 1 {
@@ -100,8 +120,8 @@ fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
                 b'A'..=b'Z' => c - b'A',
                 b'a'..=b'z' => c - b'a' + 26,
                 b'0'..=b'9' => c - b'0' + 52,
-                b'+' => 62,
-                b'/' => 63,
+                b'+' | b'-' => 62,
+                b'/' | b'_' => 63,
                 _ => return None,
             };
             bits = bits << 6 | u32::from(value);
@@ -122,6 +142,7 @@ mod tests {
         assert_eq!(decode_base64(b"TWFu").as_deref(), Some(&b"Man"[..]));
         assert_eq!(decode_base64(b"TWE=").as_deref(), Some(&b"Ma"[..]));
         assert_eq!(decode_base64(b"TQ==").as_deref(), Some(&b"M"[..]));
+        assert_eq!(decode_base64(b"T\r\nW Fu\t").as_deref(), Some(&b"Man"[..]));
         assert_eq!(decode_base64(b"TWE*"), None);
         assert_eq!(decode_base64(b"TWFuT"), None);
         assert_eq!(percent_decode("a%20b%2"), "a b%2");

@@ -13,8 +13,9 @@ pub(super) fn split(bytes: &[u8]) -> Read<(&[u8], Option<&[u8]>)> {
         return Err("the file is empty".to_owned());
     }
     if !bytes.starts_with(MAGIC) {
-        return match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
-            Some(b'{') => Ok((bytes, None)),
+        let text = trim(bytes);
+        return match text.first() {
+            Some(b'{') => Ok((text, None)),
             _ => Err("it is neither a binary nor a JSON glTF file".to_owned()),
         };
     }
@@ -37,10 +38,20 @@ pub(super) fn split(bytes: &[u8]) -> Read<(&[u8], Option<&[u8]>)> {
         return Err("its first chunk is not JSON".to_owned());
     };
     match chunk(&mut rest)? {
-        Some((CHUNK_BIN, data)) => Ok((json, Some(data))),
+        Some((CHUNK_BIN, data)) => Ok((trim(json), Some(data))),
         // Chunks of other kinds are to be ignored.
-        _ => Ok((json, None)),
+        _ => Ok((trim(json), None)),
     }
+}
+
+/// JSON text without what writers put around it: a byte order mark, blanks, NUL padding.
+fn trim(text: &[u8]) -> &[u8] {
+    let mut text = text.trim_ascii_start();
+    text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text);
+    while let Some((b'\0', rest)) = text.split_last() {
+        text = rest;
+    }
+    text.trim_ascii()
 }
 
 /// Takes one chunk off: its type and content.

@@ -19,29 +19,20 @@ struct Textures<'d> {
 }
 
 impl Textures<'_> {
-    fn index(
-        &mut self,
-        scene: &mut Scene,
-        index: json::Index<json::Texture>,
-    ) -> Read<Option<usize>> {
+    fn index(&mut self, scene: &mut Scene, index: json::Index<json::Texture>) -> Option<usize> {
         if let Some(Some(done)) = self.known.get(index.value()) {
-            return Ok(*done);
+            return *done;
         }
-        let made = match images::texture(self.document, index)? {
-            Some(texture) => {
-                scene.textures.push(texture);
-                Some(scene.textures.len() - 1)
-            }
-            None => {
-                let text = format!("texture {} has no PNG or JPEG image", index.value());
-                scene.warnings.push(text);
-                None
-            }
-        };
-        self.known[index.value()] = Some(made);
-        Ok(made)
+        let made = images::texture(self.document, index).map(|texture| {
+            scene.textures.push(texture);
+            images::fit(self.document, scene);
+            scene.textures.len() - 1
+        });
+        if let Some(known) = self.known.get_mut(index.value()) {
+            *known = Some(made);
+        }
+        made
     }
-
     /// A texture, the set of coordinates it is read by, and their transform, whose own set goes
     /// first. `what` names it in warnings.
     fn reference(
@@ -51,7 +42,7 @@ impl Textures<'_> {
         set: u32,
         transform: Option<&TextureTransform>,
         what: &str,
-    ) -> Read<Option<TextureRef>> {
+    ) -> Option<TextureRef> {
         let set = transform.and_then(|t| t.tex_coord).unwrap_or(set);
         let transform = transform.map_or(Affine2::IDENTITY, affine);
         if set >= MAX_UV_SETS || !transform.is_finite() {
@@ -59,13 +50,13 @@ impl Textures<'_> {
                 "{what} is left out: its texture coordinates are out of bounds (set {set}, \
                  {MAX_UV_SETS} sets are read)"
             ));
-            return Ok(None);
+            return None;
         }
-        Ok(self.index(scene, index)?.map(|texture| TextureRef {
+        self.index(scene, index).map(|texture| TextureRef {
             texture,
             set: set as usize,
             transform,
-        }))
+        })
     }
 
     fn of(
@@ -73,7 +64,7 @@ impl Textures<'_> {
         scene: &mut Scene,
         info: &json::texture::Info,
         what: &str,
-    ) -> Read<Option<TextureRef>> {
+    ) -> Option<TextureRef> {
         let extensions = info.extensions.as_ref();
         let transform = extensions.and_then(|e| e.texture_transform.as_ref());
         self.reference(scene, info.index, info.tex_coord, transform, what)
@@ -92,7 +83,7 @@ fn affine(transform: &TextureTransform) -> Affine2 {
 
 /// Fills `scene.materials` and `scene.textures`. One default material follows the file's own, for
 /// primitives that name none.
-pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
+pub(super) fn read(document: &Document, scene: &mut Scene) {
     let root = &document.root;
     let mut textures = Textures {
         document,
@@ -109,13 +100,18 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
             double_sided: source.double_sided,
             ..Material::default()
         };
-        if let Some(info) = &pbr.base_color_texture {
+        let has_holes = source.alpha_mode != Checked::Valid(AlphaMode::Opaque);
+        if let Some(info) = &pbr.base_color_texture
+            && (document.options.colors || has_holes)
+        {
             let what = format!("the base colour texture of material {name}");
-            material.base_color_texture = textures.of(scene, info, &what)?;
+            material.base_color_texture = textures.of(scene, info, &what);
         }
-        if let Some(info) = &pbr.metallic_roughness_texture {
+        if let Some(info) = &pbr.metallic_roughness_texture
+            && document.options.colors
+        {
             let what = format!("the metallic-roughness texture of material {name}");
-            material.metallic_roughness_texture = textures.of(scene, info, &what)?;
+            material.metallic_roughness_texture = textures.of(scene, info, &what);
         }
         if let Some(info) = &source.normal_texture {
             let what = format!("the normal texture of material {name}");
@@ -125,14 +121,15 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
             let transform: Option<TextureTransform> =
                 extension.and_then(|e| json::deserialize::from_value(e.clone()).ok());
             material.normal_texture =
-                textures.reference(scene, info.index, info.tex_coord, transform.as_ref(), &what)?;
+                textures.reference(scene, info.index, info.tex_coord, transform.as_ref(), &what);
             material.normal_scale = info.scale;
         }
         if let Some(info) = &source.emissive_texture
             && material.emissive != Vec3::ZERO
+            && document.options.colors
         {
             let what = format!("the emissive texture of material {name}");
-            material.emissive_texture = textures.of(scene, info, &what)?;
+            material.emissive_texture = textures.of(scene, info, &what);
         }
         if let Some(strength) = source
             .extensions
@@ -147,30 +144,33 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
                 cutoff: source.alpha_cutoff.map_or(0.5, |c| c.0),
             },
             Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
-            Checked::Invalid => return Err(format!("material {name} has an unknown alpha mode")),
+            Checked::Invalid => {
+                let text = format!("material {name} has an unknown alpha mode; it is opaque");
+                scene.warnings.push(text);
+                Alpha::Opaque
+            }
         };
-        read_extensions(source, &mut textures, scene, &mut material, &name)?;
+        let extended = read_extensions(source, &mut textures, scene, &mut material, &name);
+        document.optional(extended);
         let cutoff = match material.alpha {
             Alpha::Mask { cutoff } => cutoff,
             _ => 0.0,
         };
-        finite(
-            &material.base_color.to_array(),
-            &format!("a base colour of material {name}"),
-        )?;
-        finite(
-            &material.emissive.to_array(),
-            &format!("an emission of material {name}"),
-        )?;
-        finite(
-            &[
-                material.roughness,
-                material.metallic,
-                material.normal_scale,
-                cutoff,
-            ],
-            &format!("a factor of material {name}"),
-        )?;
+        let factors = [
+            material.roughness,
+            material.metallic,
+            material.normal_scale,
+            cutoff,
+        ];
+        let are_finite = material.base_color.is_finite()
+            && material.emissive.is_finite()
+            && factors.iter().all(|f| f.is_finite());
+        if !are_finite {
+            let text =
+                format!("a factor of material {name} is not finite; material {name} was left out");
+            scene.warnings.push(text);
+            material = Material::default();
+        }
         material.name = name;
         scene.materials.push(material);
     }
@@ -178,7 +178,6 @@ pub(super) fn read(document: &Document, scene: &mut Scene) -> Read<()> {
         name: "default".to_owned(),
         ..Material::default()
     });
-    Ok(())
 }
 
 /// Transmission, unlit and specular-glossiness.
@@ -200,7 +199,7 @@ fn read_extensions(
             && let Some(info) = &transmission.transmission_texture
         {
             let what = format!("the transmission texture of material {name}");
-            material.transmission_texture = textures.of(scene, info, &what)?;
+            material.transmission_texture = textures.of(scene, info, &what);
         }
         if material.transmission > 0.0 && material.emissive != Vec3::ZERO {
             material.transmission = 0.0;
@@ -210,20 +209,21 @@ fn read_extensions(
     }
     if let Some(factors) = &extensions.pbr_specular_glossiness {
         material.base_color = Vec4::from(factors.diffuse_factor.0);
+        let colors = textures.document.options.colors;
         material.base_color_texture = match &factors.diffuse_texture {
-            Some(info) => {
+            Some(info) if colors || material.alpha != Alpha::Opaque => {
                 let what = format!("the diffuse texture of material {name}");
-                textures.of(scene, info, &what)?
+                textures.of(scene, info, &what)
             }
-            None => None,
+            _ => None,
         };
         material.metallic_roughness_texture = None;
         let texture = match &factors.specular_glossiness_texture {
-            Some(info) => {
+            Some(info) if colors => {
                 let what = format!("the specular-glossiness texture of material {name}");
-                textures.of(scene, info, &what)?
+                textures.of(scene, info, &what)
             }
-            None => None,
+            _ => None,
         };
         let [r, g, b] = factors.specular_factor.0;
         let glossiness = factors.glossiness_factor.0;

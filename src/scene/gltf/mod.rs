@@ -3,12 +3,18 @@
 //! The crate's accessor and buffer helpers panic on files that lie about indices and sizes, and its
 //! validation refuses required extensions that we do understand. So only its JSON types are used,
 //! and every index, offset and count is checked here, where the error can say what is wrong.
+//!
+//! A part that cannot be used is left out with a warning that names it, and the rest is loaded. Only
+//! a file of which nothing can be drawn is an error.
 
 mod accessor;
 mod animations;
 mod buffers;
 mod container;
 mod images;
+mod lenient;
+#[cfg(test)]
+mod lenient_tests;
 #[cfg(test)]
 mod material_tests;
 mod materials;
@@ -19,10 +25,10 @@ mod skins;
 mod tests;
 mod transparency;
 
-use super::Scene;
+use super::{LoadOptions, Scene};
 use crate::{Error, Result};
 use ::gltf::json;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::path::Path;
 
 /// An error before the file's name is known: one sentence.
@@ -35,10 +41,13 @@ const MAX_FILE_BYTES: u64 = 4 << 30;
 /// many meshes, so a small file can name a large scene.
 const SHARED_ELEMENTS: usize = 1 << 20;
 
-/// Extensions a file may require. Others of `KHR_materials_*` only change looks that this crate
-/// does not model, and are accepted with a warning.
-const SUPPORTED_EXTENSIONS: [&str; 8] = [
+/// Most warnings that are kept of one file.
+const MAX_WARNINGS: usize = 64;
+
+/// Extensions that are honoured. All others have no effect and give a warning.
+const HONOURED: [&str; 9] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
@@ -48,18 +57,72 @@ const SUPPORTED_EXTENSIONS: [&str; 8] = [
     "KHR_texture_transform",
 ];
 
+/// Extensions that may be required and still be ignored, by a part of the name: a scene without
+/// them has the same shape.
+const SHAPELESS: [&str; 6] = [
+    "_animation_",
+    "_audio",
+    "_lights_",
+    "_materials_",
+    "_texture_",
+    "_xmp",
+];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// Commands that convert what is not read.
+const CONVERTERS: [(&str, &str); 2] = [
+    (DRACO, "npx @gltf-transform/cli copy IN.glb OUT.glb"),
+    (
+        "KHR_texture_basisu",
+        "npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
+    ),
+];
+
 /// A parsed file with its buffers.
 struct Document<'a> {
     root: json::Root,
-    buffers: Vec<std::borrow::Cow<'a, [u8]>>,
+    buffers: Vec<Read<std::borrow::Cow<'a, [u8]>>>,
     folder: Option<&'a Path>,
+    options: &'a LoadOptions,
     /// Vertices, triangles, keys and instances that may still be made.
     budget: Cell<usize>,
-    /// Texels that may still be decoded.
-    texel_budget: Cell<u64>,
+    images: images::Images,
+    warnings: Warnings,
+    /// Why the first piece of geometry was left out.
+    lost: RefCell<Option<String>>,
 }
 
-pub(super) fn load(path: &Path) -> Result<Scene> {
+/// Sentences about what was left out, each once.
+#[derive(Default)]
+struct Warnings {
+    kept: RefCell<Vec<String>>,
+    more: Cell<usize>,
+}
+
+impl Warnings {
+    fn add(&self, text: String) {
+        let mut kept = self.kept.borrow_mut();
+        if kept.contains(&text) {
+            return;
+        }
+        if kept.len() < MAX_WARNINGS {
+            kept.push(text);
+        } else {
+            self.more.set(self.more.get() + 1);
+        }
+    }
+
+    fn into_sentences(self) -> Vec<String> {
+        let mut sentences = self.kept.into_inner();
+        if self.more.get() > 0 {
+            sentences.push(format!("{} more warnings are not shown", self.more.get()));
+        }
+        sentences
+    }
+}
+
+pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let io = |source| Error::Io {
         path: path.to_owned(),
         source,
@@ -71,7 +134,7 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
     }
     let bytes = std::fs::read(path).map_err(io)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut scene = from_bytes(&name, &bytes, Some(folder))?;
+    let mut scene = from_bytes(&name, &bytes, Some(folder), options)?;
     if let Some(stem) = path.file_stem() {
         scene.name = stem.to_string_lossy().into_owned();
     }
@@ -91,8 +154,13 @@ fn check_file(metadata: &std::fs::Metadata) -> Read<()> {
     }
 }
 
-pub(super) fn from_bytes(name: &str, bytes: &[u8], folder: Option<&Path>) -> Result<Scene> {
-    let mut scene = read(bytes, folder).map_err(|message| Error::Scene {
+pub(super) fn from_bytes(
+    name: &str,
+    bytes: &[u8],
+    folder: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Scene> {
+    let mut scene = read(bytes, folder, options).map_err(|message| Error::Scene {
         name: name.to_owned(),
         message,
     })?;
@@ -100,67 +168,98 @@ pub(super) fn from_bytes(name: &str, bytes: &[u8], folder: Option<&Path>) -> Res
     Ok(scene)
 }
 
-fn read(bytes: &[u8], folder: Option<&Path>) -> Read<Scene> {
+fn read(bytes: &[u8], folder: Option<&Path>, options: &LoadOptions) -> Read<Scene> {
+    let warnings = Warnings::default();
     let (text, blob) = container::split(bytes)?;
-    let root: json::Root =
-        json::deserialize::from_slice(text).map_err(|e| format!("its JSON cannot be read: {e}"))?;
-    let mut scene = Scene::default();
-    check_version_and_extensions(&root, &mut scene.warnings)?;
-    let buffers = buffers::load(&root, blob, folder)?;
-    let held: usize = buffers.iter().map(|b| b.len()).sum();
+    let root = lenient::read(text, &|text| warnings.add(text))?;
+    check_version_and_extensions(&root, &warnings)?;
+    let buffers = buffers::load(&root, blob, folder, &|text| warnings.add(text));
+    let held: usize = buffers.iter().flatten().map(|b| b.len()).sum();
     let document = Document {
         root,
         buffers,
         folder,
+        options,
         budget: Cell::new(held.saturating_add(SHARED_ELEMENTS)),
-        texel_budget: Cell::new(images::MAX_TEXELS),
+        images: images::Images::default(),
+        warnings,
+        lost: RefCell::new(None),
     };
+    let mut scene = Scene::default();
     let order = nodes::order(&document)?;
-    nodes::read(&document, &order, &mut scene)?;
-    materials::read(&document, &mut scene)?;
-    let meshes = meshes::read(&document, &order, &mut scene)?;
+    nodes::read(&document, &order, &mut scene);
+    materials::read(&document, &mut scene);
+    images::report(&document);
+    let meshes = meshes::read(&document, &order, &mut scene);
     transparency::resolve(&mut scene);
-    skins::read(&document, &order, &mut scene)?;
-    nodes::place(&document, &order, &meshes, &mut scene)?;
+    skins::read(&document, &order, &mut scene);
+    nodes::place(&document, &order, &meshes, &mut scene);
     animations::read(&document, &order, &mut scene)?;
     if scene.instances.is_empty() {
-        return Err("the scene has no triangles".to_owned());
+        return Err(match document.lost.into_inner() {
+            Some(reason) => format!("nothing of it can be drawn: {reason}"),
+            None => "the scene has no triangles".to_owned(),
+        });
     }
+    let mut warnings = document.warnings.into_sentences();
+    warnings.append(&mut scene.warnings);
+    scene.warnings = warnings;
     super::paths::shorten_paths(&mut scene);
     Ok(scene)
 }
 
-fn check_version_and_extensions(root: &json::Root, warnings: &mut Vec<String>) -> Read<()> {
-    if !root.asset.version.starts_with("2.") {
-        let version: String = root.asset.version.chars().take(16).collect();
+fn check_version_and_extensions(root: &json::Root, warnings: &Warnings) -> Read<()> {
+    if !root.asset.version.starts_with("2.") && root.asset.version != "2" {
         return Err(format!(
-            "it is glTF version {version}; only version 2 is read"
+            "it is glTF version {}; only version 2 is read",
+            shorten(&root.asset.version, 16)
         ));
     }
-    for extension in &root.extensions_required {
-        if SUPPORTED_EXTENSIONS.contains(&extension.as_str()) {
+    let required = &root.extensions_required;
+    for name in root.extensions_used.iter().chain(required) {
+        if HONOURED.contains(&name.as_str()) {
             continue;
         }
-        if extension.starts_with("KHR_materials_") {
-            warnings.push(format!("{extension} is not honoured"));
-            continue;
+        let hint = conversion(name);
+        let shown = shorten(name, 64);
+        if required.contains(name) && !SHAPELESS.iter().any(|part| name.contains(part)) {
+            return Err(format!(
+                "it requires the extension {shown}, which is not supported{hint}"
+            ));
         }
-        let mend = match extension.as_str() {
-            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" => {
-                "; save the file without mesh compression"
-            }
-            "KHR_texture_basisu" | "EXT_texture_webp" => "; save its images as PNG or JPEG",
-            _ => "",
-        };
-        let extension: String = extension.chars().take(64).collect();
-        return Err(format!(
-            "it requires the extension {extension}, which is not supported{mend}"
-        ));
+        warnings.add(format!("the extension {shown} has no effect{hint}"));
     }
     Ok(())
 }
 
+/// What to do about an extension that is not supported, for the end of a message.
+fn conversion(extension: &str) -> String {
+    match CONVERTERS.iter().find(|(known, _)| *known == extension) {
+        Some((_, command)) => format!("; convert the file with `{command}`"),
+        None => String::new(),
+    }
+}
+
 impl Document<'_> {
+    fn warn(&self, text: String) {
+        self.warnings.add(text);
+    }
+
+    /// Warns about an optional part that is left out, and gives `None` for it.
+    fn optional<T>(&self, part: Read<T>) -> Option<T> {
+        part.map_err(|reason| self.warn(format!("{reason}; it was left out")))
+            .ok()
+    }
+
+    /// Warns about geometry that is left out, and gives `None` for it.
+    fn geometry<T>(&self, part: Read<T>) -> Option<T> {
+        part.map_err(|reason| {
+            self.lost.borrow_mut().get_or_insert(reason.clone());
+            self.warn(format!("{reason}; it was left out"));
+        })
+        .ok()
+    }
+
     /// Takes `count` elements from the budget.
     fn spend(&self, count: usize, what: &str) -> Read<()> {
         match self.budget.get().checked_sub(count) {
@@ -177,6 +276,9 @@ impl Document<'_> {
 
 /// Looks an index of the file up.
 fn get<'t, T>(items: &'t [T], index: json::Index<T>, what: &str) -> Read<&'t T> {
+    if index.value() == u32::MAX as usize {
+        return Err(format!("no {what} is named"));
+    }
     items.get(index.value()).ok_or_else(|| {
         format!(
             "{what} {} is named but there are only {}",
@@ -186,16 +288,35 @@ fn get<'t, T>(items: &'t [T], index: json::Index<T>, what: &str) -> Read<&'t T> 
     })
 }
 
+/// Text for messages: at most `most` characters, on one line.
+fn shorten(text: &str, most: usize) -> String {
+    let visible = |c: char| if c.is_control() { '_' } else { c };
+    text.chars().take(most).map(visible).collect()
+}
+
 /// A name for messages and paths: short, and on one line.
 fn clean_name(name: Option<&String>, fallback: &str, index: usize) -> String {
     match name {
-        Some(name) if !name.is_empty() => name
-            .chars()
-            .take(128)
-            .map(|c| if c.is_control() || c == '/' { '_' } else { c })
-            .collect(),
+        Some(name) if !name.is_empty() => shorten(name, 128).replace('/', "_"),
         _ => format!("{fallback}{index}"),
     }
+}
+
+/// The index of the one among `names` that is called `wanted`, or that has this number.
+fn find_named(wanted: &str, names: &[String], noun: &str) -> Read<usize> {
+    if let Some(found) = names.iter().position(|n| n == wanted) {
+        return Ok(found);
+    }
+    if let Ok(number) = wanted.parse::<usize>()
+        && number < names.len()
+    {
+        return Ok(number);
+    }
+    let wanted = shorten(wanted, 64);
+    Err(match names.len() {
+        0 => format!("it has no {noun} {wanted}, nor any other"),
+        _ => format!("it has no {noun} {wanted}; it has {}", names.join(", ")),
+    })
 }
 
 fn finite<const N: usize>(values: &[f32; N], what: &str) -> Read<()> {

@@ -1,6 +1,6 @@
 //! The node hierarchy and what hangs on it: mesh instances, cameras and lights.
 
-use super::{Document, Read, clean_name, finite, get, skins};
+use super::{Document, Read, clean_name, find_named, finite, get, skins};
 use crate::scene::{Camera, Instance, Light, LightKind, Node, Scene};
 use ::gltf::json;
 use glam::{Affine3A, Mat4, Quat, Vec3};
@@ -28,20 +28,24 @@ pub(super) fn order(document: &Document) -> Read<Order> {
     let mut parent = vec![None; count];
     for (i, node) in root.nodes.iter().enumerate() {
         for child in node.children.iter().flatten() {
-            get(&root.nodes, *child, "child node")?;
-            if parent[child.value()].replace(i).is_some() {
-                return Err(format!("node {} has two parents", child.value()));
+            let known =
+                get(&root.nodes, *child, "node").map_err(|e| format!("a child of node {i}: {e}"));
+            if document.geometry(known).is_none() {
+                continue;
+            }
+            match &mut parent[child.value()] {
+                none @ None => *none = Some(i),
+                Some(first) => document.warn(format!(
+                    "node {} has two parents; it was placed under node {first} alone",
+                    child.value()
+                )),
             }
         }
     }
-    let shown_roots: Vec<usize> = match (root.scene, root.scenes.first()) {
-        (Some(scene), _) => roots_of(document, get(&root.scenes, scene, "scene")?)?,
-        (None, Some(scene)) => roots_of(document, scene)?,
-        (None, None) => (0..count).filter(|i| parent[*i].is_none()).collect(),
-    };
+    cut_cycles(document, &mut parent);
     let mut is_shown_root = vec![false; count];
-    for node in &shown_roots {
-        is_shown_root[*node] = true;
+    for node in shown_roots(document, &parent)? {
+        is_shown_root[node] = true;
     }
     let mut order = Order {
         sources: Vec::with_capacity(count),
@@ -52,6 +56,10 @@ pub(super) fn order(document: &Document) -> Read<Order> {
     for start in (0..count).filter(|i| parent[*i].is_none()) {
         let mut stack = vec![(start, None, 0)];
         while let Some((source, above, depth)) = stack.pop() {
+            // A child that is named twice.
+            if order.of_source[source] != usize::MAX {
+                continue;
+            }
             if depth > MAX_DEPTH {
                 return Err(format!("its nodes are nested deeper than {MAX_DEPTH}"));
             }
@@ -62,53 +70,138 @@ pub(super) fn order(document: &Document) -> Read<Order> {
             let shown = is_shown_root[source] || above.is_some_and(|a: usize| order.shown[a]);
             order.shown.push(shown);
             let children = root.nodes[source].children.iter().flatten().rev();
-            stack.extend(children.map(|c| (c.value(), Some(here), depth + 1)));
+            let own = children
+                .map(|c| c.value())
+                .filter(|c| parent.get(*c) == Some(&Some(source)));
+            stack.extend(own.map(|c| (c, Some(here), depth + 1)));
         }
     }
-    // Every node has at most one parent, so what no root reaches goes round in a circle.
-    match order.of_source.iter().position(|i| *i == usize::MAX) {
-        Some(node) => Err(format!("node {node} is its own ancestor")),
-        None => Ok(order),
+    Ok(order)
+}
+
+/// Takes the parent from one node of each cycle.
+fn cut_cycles(document: &Document, parent: &mut [Option<usize>]) {
+    // The walk towards the root that came by a node first.
+    let mut walk = vec![None; parent.len()];
+    for start in 0..parent.len() {
+        let mut node = start;
+        while walk[node].is_none() {
+            walk[node] = Some(start);
+            let Some(above) = parent[node] else { break };
+            if walk[above] == Some(start) {
+                document.warn(format!(
+                    "node {node} is its own ancestor; it was placed at the root"
+                ));
+                parent[node] = None;
+                break;
+            }
+            node = above;
+        }
     }
 }
 
-fn roots_of(document: &Document, scene: &json::Scene) -> Read<Vec<usize>> {
-    let nodes = &document.root.nodes;
-    scene
-        .nodes
-        .iter()
-        .map(|n| get(nodes, *n, "scene node").map(|_| n.value()))
-        .collect()
+/// The roots of the glTF scene that is shown.
+fn shown_roots(document: &Document, parent: &[Option<usize>]) -> Read<Vec<usize>> {
+    let root = &document.root;
+    let scenes = &root.scenes;
+    let label = |i: usize| match &scenes[i].name {
+        Some(name) if !name.is_empty() => format!("scene {i} ({})", clean_name(Some(name), "", 0)),
+        _ => format!("scene {i}"),
+    };
+    let roots_of = |i: usize| -> Vec<usize> {
+        let known = scenes[i].nodes.iter().filter_map(|n| {
+            let node = get(&root.nodes, *n, "node").map(|_| n.value());
+            document.geometry(node.map_err(|e| format!("a node of {}: {e}", label(i))))
+        });
+        known.collect()
+    };
+    if let Some(wanted) = &document.options.scene {
+        let names: Vec<String> = (0..scenes.len())
+            .map(|i| clean_name(scenes[i].name.as_ref(), "scene ", i))
+            .collect();
+        return Ok(roots_of(find_named(wanted, &names, "scene")?));
+    }
+    let all_roots = || (0..parent.len()).filter(|i| parent[*i].is_none()).collect();
+    if scenes.is_empty() {
+        return Ok(all_roots());
+    }
+    let default = match root.scene {
+        Some(scene) => {
+            let known = get(scenes, scene, "scene").map(|_| scene.value());
+            document.optional(known).unwrap_or(0)
+        }
+        None => 0,
+    };
+    let mut chosen = default;
+    let mut roots = roots_of(chosen);
+    if roots.is_empty() {
+        // An empty default scene is of no use to anyone.
+        let full = (0..scenes.len()).find(|i| !scenes[*i].nodes.is_empty());
+        let Some(full) = full else {
+            document.warn("no scene has nodes; all nodes of the file were taken".to_owned());
+            return Ok(all_roots());
+        };
+        chosen = full;
+        roots = roots_of(chosen);
+        document.warn(format!(
+            "{} has no nodes; {} of {} was taken",
+            label(default),
+            label(chosen),
+            scenes.len()
+        ));
+    } else if scenes.len() > 1 {
+        document.warn(format!(
+            "{} of {} was taken; another is chosen by its number or name",
+            label(chosen),
+            scenes.len()
+        ));
+    }
+    Ok(roots)
 }
 
 /// Fills `scene.nodes`.
-pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) -> Read<()> {
+pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) {
     for (source, parent) in order.sources.iter().zip(&order.parents) {
         let node = &document.root.nodes[*source];
-        let what = format!("the transform of node {source}");
+        // What of a transform cannot be used is the identity.
+        let usable = |values: &[f32], part: &str| {
+            let good = values.iter().all(|v| v.is_finite());
+            if !good {
+                let text = format!("the {part} of node {source} is not finite; it was left out");
+                document.warn(text);
+            }
+            good
+        };
+        let translation = node.translation.filter(|t| usable(t, "translation"));
+        let scale = node.scale.filter(|s| usable(s, "scale"));
+        let rotation = node.rotation.filter(|r| usable(&r.0, "rotation"));
+        let weights = node.weights.clone();
         let mut out = Node {
             name: clean_name(node.name.as_ref(), "node", *source),
             parent: *parent,
-            translation: Vec3::from(node.translation.unwrap_or_default()),
-            rotation: Quat::IDENTITY,
-            scale: Vec3::from(node.scale.unwrap_or([1.0; 3])),
+            translation: Vec3::from(translation.unwrap_or_default()),
+            rotation: rotation.map_or(Quat::IDENTITY, |r| unit(r.0)),
+            scale: Vec3::from(scale.unwrap_or([1.0; 3])),
             matrix: None,
-            morph_weights: node.weights.clone().unwrap_or_default(),
+            morph_weights: weights
+                .filter(|w| usable(w, "list of morph weights"))
+                .unwrap_or_default(),
         };
-        finite(&out.translation.to_array(), &what)?;
-        finite(&out.scale.to_array(), &what)?;
-        for weight in &out.morph_weights {
-            finite(&[*weight], &format!("a morph weight of node {source}"))?;
-        }
-        if let Some(rotation) = node.rotation {
-            finite(&rotation.0, &what)?;
-            out.rotation = unit(rotation.0);
-        }
-        if let Some(matrix) = &node.matrix {
-            finite(matrix, &what)?;
-            let matrix = Mat4::from_cols_array(matrix);
+        if let Some(matrix) = node.matrix.as_ref().filter(|m| usable(&m[..], "matrix")) {
+            let mut matrix = Mat4::from_cols_array(matrix);
             if matrix.row(3) != glam::Vec4::W {
-                return Err(format!("{what} is not affine"));
+                document.warn(format!(
+                    "the matrix of node {source} is not affine; its last row was left out"
+                ));
+                for column in [
+                    &mut matrix.x_axis,
+                    &mut matrix.y_axis,
+                    &mut matrix.z_axis,
+                    &mut matrix.w_axis,
+                ] {
+                    column.w = 0.0;
+                }
+                matrix.w_axis.w = 1.0;
             }
             match decompose(&matrix) {
                 Some((scale, rotation, translation)) => {
@@ -119,7 +212,6 @@ pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) -> Rea
         }
         scene.nodes.push(out);
     }
-    Ok(())
 }
 
 /// Unit length; a quaternion of no length is no rotation.
@@ -150,7 +242,7 @@ pub(super) fn place(
     order: &Order,
     meshes: &[Option<usize>],
     scene: &mut Scene,
-) -> Read<()> {
+) {
     let root = &document.root;
     let mut names = HashSet::new();
     for here in 0..order.sources.len() {
@@ -160,28 +252,30 @@ pub(super) fn place(
         let source = order.sources[here];
         let node = &root.nodes[source];
         if let Some(mesh) = node.mesh {
-            get(&root.meshes, mesh, "mesh")?;
+            let known = get(&root.meshes, mesh, "mesh").map_err(|e| format!("node {source}: {e}"));
+            document.geometry(known);
             if let Some(mesh) = meshes.get(mesh.value()).copied().flatten() {
                 let mut name = path(scene, here);
                 if !names.insert(name.clone()) {
                     name = format!("{name}@{source}");
                     names.insert(name.clone());
                 }
-                place_mesh(document, here, source, mesh, name, scene)?;
+                document.geometry(place_mesh(document, here, source, mesh, name, scene));
             }
         }
         if let Some(camera) = node.camera {
-            place_camera(document, here, camera, scene)?;
+            let camera = read_camera(document, here, camera, scene);
+            scene.cameras.extend(document.optional(camera));
         }
         if let Some(light) = node
             .extensions
             .as_ref()
             .and_then(|e| e.khr_lights_punctual.as_ref())
         {
-            place_light(document, here, light.light, scene)?;
+            let light = read_light(document, here, light.light);
+            scene.lights.extend(document.optional(light));
         }
     }
-    Ok(())
 }
 
 /// Names from the root down, joined by slashes.
@@ -205,10 +299,23 @@ fn place_mesh(
     scene: &mut Scene,
 ) -> Read<()> {
     let node = &document.root.nodes[source];
-    if let Some(skin) = node.skin {
-        get(&document.root.skins, skin, "skin")?;
-        let skin = skin.value();
-        skins::check(scene, mesh, skin, source)?;
+    let skin = node.skin.and_then(|skin| {
+        let known = get(&document.root.skins, skin, "skin");
+        let known = known.map_err(|e| format!("the skin of node {source}: {e}"));
+        if scene
+            .skins
+            .get(skin.value())
+            .is_some_and(|s| s.joints.is_empty())
+        {
+            // Its own warning was given.
+            return None;
+        }
+        document.optional(known.and_then(|_| {
+            skins::check(scene, mesh, skin.value(), source)?;
+            Ok(skin.value())
+        }))
+    });
+    if let Some(skin) = skin {
         document.spend(
             scene.meshes[mesh].positions.len(),
             &format!("node {source}"),
@@ -230,7 +337,7 @@ fn place_mesh(
         offset,
         ..Instance::default()
     };
-    match gpu_instances(document, source)? {
+    match document.optional(gpu_instances(document, source)).flatten() {
         None => scene.instances.push(instance(name, Affine3A::IDENTITY)),
         Some(offsets) => {
             let numbered = offsets.into_iter().enumerate();
@@ -299,21 +406,19 @@ fn gpu_instances(document: &Document, source: usize) -> Read<Option<Vec<Affine3A
     Ok(Some(offsets.collect()))
 }
 
-fn place_camera(
+fn read_camera(
     document: &Document,
     here: usize,
     index: json::Index<json::Camera>,
-    scene: &mut Scene,
-) -> Read<()> {
+    scene: &Scene,
+) -> Read<Camera> {
     let camera = get(&document.root.cameras, index, "camera")?;
     let name = match &camera.name {
         Some(name) if !name.is_empty() => clean_name(Some(name), "", 0),
         _ => scene.nodes[here].name.clone(),
     };
     let Some(lens) = &camera.perspective else {
-        let text = format!("camera {name} is orthographic and was left out");
-        scene.warnings.push(text);
-        return Ok(());
+        return Err(format!("camera {name} is not a perspective one"));
     };
     if !(lens.yfov > 0.0 && lens.yfov < std::f32::consts::PI) {
         return Err(format!(
@@ -323,22 +428,20 @@ fn place_camera(
     if !(lens.znear > 0.0 && lens.znear.is_finite()) {
         return Err(format!("the near plane of camera {name} is out of range"));
     }
-    scene.cameras.push(Camera {
+    Ok(Camera {
         name,
         node: Some(here),
         yfov: lens.yfov,
         znear: lens.znear,
         world_from_camera: Affine3A::IDENTITY,
-    });
-    Ok(())
+    })
 }
 
-fn place_light(
+fn read_light(
     document: &Document,
     here: usize,
     index: json::Index<json::extensions::scene::khr_lights_punctual::Light>,
-    scene: &mut Scene,
-) -> Read<()> {
+) -> Read<Light> {
     let lights = document
         .root
         .extensions
@@ -364,7 +467,10 @@ fn place_light(
     let what = format!("a number of light {name}");
     finite(&intensity.to_array(), &what)?;
     finite(&[spot.inner_cone_angle, spot.outer_cone_angle], &what)?;
-    scene.lights.push(Light {
+    if intensity.min_element() < 0.0 {
+        return Err(format!("light {name} has a negative intensity"));
+    }
+    Ok(Light {
         name,
         node: Some(here),
         kind,
@@ -373,6 +479,5 @@ fn place_light(
             Some(range) if range > 0.0 => range,
             _ => f32::INFINITY,
         },
-    });
-    Ok(())
+    })
 }

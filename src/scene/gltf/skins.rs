@@ -5,44 +5,56 @@ use super::{Document, Read, get};
 use crate::scene::{Scene, Skin};
 use glam::Mat4;
 
-/// Fills `scene.skins`, in the file's order.
-pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) -> Read<()> {
-    let root = &document.root;
-    for (i, skin) in root.skins.iter().enumerate() {
-        if skin.joints.is_empty() {
-            return Err(format!("skin {i} has no joints"));
-        }
-        let joints: Read<Vec<usize>> = skin
-            .joints
-            .iter()
-            .map(|j| get(&root.nodes, *j, "joint").map(|_| order.of_source[j.value()]))
-            .collect();
-        let joints = joints?;
-        let inverse_bind = match skin.inverse_bind_matrices {
-            Some(accessor) => {
-                let what = format!("the inverse bind matrices of skin {i}");
-                let mut matrices = document.floats::<16>(accessor, &what)?;
-                if matrices.len() < joints.len() {
-                    return Err(format!(
-                        "{what} are {} for {} joints",
-                        matrices.len(),
-                        joints.len()
-                    ));
-                }
-                matrices.truncate(joints.len());
-                matrices.iter().map(Mat4::from_cols_array).collect()
-            }
-            None => vec![Mat4::IDENTITY; joints.len()],
-        };
-        scene.skins.push(Skin {
-            joints,
-            inverse_bind,
-        });
+/// Fills `scene.skins`, in the file's order. One that cannot be used has no joints.
+pub(super) fn read(document: &Document, order: &Order, scene: &mut Scene) {
+    for i in 0..document.root.skins.len() {
+        let skin = document.optional(read_skin(document, order, i));
+        scene.skins.push(skin.unwrap_or(Skin {
+            joints: Vec::new(),
+            inverse_bind: Vec::new(),
+        }));
     }
-    Ok(())
 }
 
-/// Whether the mesh can wear the skin.
+fn read_skin(document: &Document, order: &Order, index: usize) -> Read<Skin> {
+    let root = &document.root;
+    let skin = &root.skins[index];
+    if skin.joints.is_empty() {
+        return Err(format!("skin {index} has no joints"));
+    }
+    document.spend(skin.joints.len(), &format!("skin {index}"))?;
+    let joints: Read<Vec<usize>> = skin
+        .joints
+        .iter()
+        .map(|j| {
+            let joint = get(&root.nodes, *j, "node").map(|_| order.of_source[j.value()]);
+            joint.map_err(|reason| format!("a joint of skin {index} is missing: {reason}"))
+        })
+        .collect();
+    let joints = joints?;
+    let inverse_bind = match skin.inverse_bind_matrices {
+        Some(accessor) => {
+            let what = format!("the inverse bind matrices of skin {index}");
+            let mut matrices = document.floats::<16>(accessor, &what)?;
+            if matrices.len() < joints.len() {
+                return Err(format!(
+                    "{what} are {} for {} joints",
+                    matrices.len(),
+                    joints.len()
+                ));
+            }
+            matrices.truncate(joints.len());
+            matrices.iter().map(Mat4::from_cols_array).collect()
+        }
+        None => vec![Mat4::IDENTITY; joints.len()],
+    };
+    Ok(Skin {
+        joints,
+        inverse_bind,
+    })
+}
+
+/// Whether the mesh can have the skin.
 pub(super) fn check(scene: &Scene, mesh: usize, skin: usize, node: usize) -> Read<()> {
     let joints = scene.skins[skin].joints.len();
     let mesh = &scene.meshes[mesh];

@@ -177,7 +177,7 @@ fn strip() -> (Scene, Vec3) {
     scene.textures.push(Texture {
         width: 20,
         height: 1,
-        texels,
+        texels: texels.into(),
         ..Texture::default()
     });
     (scene, Vec3::new(-0.6, -1.0, 0.1))
