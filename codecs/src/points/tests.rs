@@ -122,7 +122,6 @@ fn normals_err_by_what_the_specification_says() {
     ]
     .map(normal_errors)
     .into();
-    std::println!("mean and worst angle of 4+4, 3+3, 2+2 bits: {errors:.2?}");
     assert!(errors[0].0 < 5.7 && errors[0].1 < 11.4);
     assert!(errors[1].0 < 12.8 && errors[1].1 < 22.4);
     assert!(errors[2].0 < 32.0 && errors[2].1 < 54.8);
