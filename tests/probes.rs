@@ -2,13 +2,16 @@
 //! between them, against the same light gathered at the surface itself.
 #![cfg(feature = "encode")]
 
+use dapple::codec::{Compression, Decoder, Event, Limits, TickRate};
 use dapple::points::rng::Rng;
+use dapple::probes::content::Request;
 use dapple::probes::lattice::Lattice;
 use dapple::probes::sample::{Field, resistant, trilinear};
-use dapple::probes::server::{Arrived, Draw, Hysteresis, Options, Server};
+use dapple::probes::server::{Arrived, Draw, Hysteresis, Nearest, Options, Server};
 use dapple::probes::sh::{self, L2};
 use dapple::probes::volume::Volume;
 use dapple::scene::{Pose, Scene, Surface};
+use dapple::stream::{Job, Stream, View};
 use dapple::trace::offset::offset_origin;
 use dapple::trace::{Ray, Tracer};
 use glam::{IVec3, Vec3};
@@ -47,6 +50,18 @@ impl<'s> World<'s> {
             .scene
             .surface(&self.pose, instance, triangle, hit.u, hit.v);
         Some((at, hit.t))
+    }
+
+    fn nearest(&self, origin: Vec3, direction: Vec3) -> Nearest {
+        let met = self.first(origin, direction);
+        let back = |at: &Surface| {
+            let single = !self.scene.materials[at.material].double_sided;
+            single && at.geometric_normal.dot(direction) > 0.0
+        };
+        Nearest {
+            distance: met.as_ref().map_or(f32::INFINITY, |(_, t)| *t),
+            back_face: met.is_some_and(|(at, _)| back(&at)),
+        }
     }
 
     /// Light along a ray; backs of single-sided surfaces let it through.
@@ -168,6 +183,7 @@ fn measure(scene: &Scene, dims: [u16; 3], frames: usize, points: usize) -> Measu
         ..Options::default()
     };
     let mut server = Server::new(volume, options).expect("a server");
+    server.measure_geometry(|origin, direction| world.nearest(origin, direction));
     let mut tick = Default::default();
     for _ in 0..frames {
         tick = server.update(|origin, direction, _: Draw| world.arrive(origin, direction));
@@ -218,6 +234,64 @@ fn light_between_probes_is_near_the_light_at_the_surface() {
     assert!(measured.resistant < 0.25, "{}", measured.resistant);
     assert!(measured.resistant <= measured.trilinear);
     assert!(measured.leaks < 60, "{}", measured.leaks);
+}
+
+/// A client that starts at any keyframe has light and visibility block together, however few frames the
+/// server has run, and no later frame takes the block away.
+#[test]
+fn every_frame_has_its_visibility_block() {
+    let scene = Scene::hall();
+    let pose = scene.pose(0.0);
+    let request = Request {
+        dims: [3, 2, 3],
+        server: Options {
+            samples: 4,
+            ..Options::default()
+        },
+        settle: 0,
+        ..Request::default()
+    };
+    for (frames, keyframe_interval) in [(1, 0), (5, 2)] {
+        let job = Job {
+            points: None,
+            probes: Some(request),
+            view: View::Fixed(scene.framing_camera(&pose)),
+            frames,
+            rate: TickRate::default(),
+            start: 0.0,
+            keyframe_interval,
+            compression: Compression::None,
+            limits: Limits::default(),
+        };
+        let mut bytes = Vec::new();
+        let mut stream = Stream::start(&scene, job, &mut bytes, &mut |_, _| {}).expect("a stream");
+        while stream.next_frame(&mut bytes).expect("a frame").is_some() {}
+        let report = stream.finish(&mut bytes).expect("a report");
+        let probes = report.probes.expect("of probes");
+        assert!(probes.bytes_first > 0);
+        assert_eq!(probes.bytes_visibility, 18 * 2 * 256);
+
+        let mut decoder = Decoder::new(Limits::default());
+        let (mut rest, mut shown, mut first) = (&bytes[..], 0, Vec::new());
+        loop {
+            let (used, event) = decoder.push(rest).expect("a valid stream");
+            rest = &rest[used..];
+            match event {
+                Event::End | Event::NeedInput => break,
+                Event::Frame(_) => {
+                    let live = decoder.tracks().first().expect("a track");
+                    let block = decoder.probes().visibility_of(live).expect("a block");
+                    if shown == 0 {
+                        first = block.to_vec();
+                    }
+                    assert!(block == first, "frame {shown}");
+                    shown += 1;
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(shown, frames);
+    }
 }
 
 /// Fits, presence and errors of the scenes that are measured elsewhere.

@@ -25,9 +25,25 @@ fn a_sealed_room_stays_dark_and_presence_alone_does_not_do_it() {
     assert!(value(&found, "0.2", "presence alone, worst") > 0.1);
     assert!(value(&found, "0.2", "trilinear, worst") > 0.1);
     assert!(value(&found, "0.2", "resistant, worst") <= 0.01);
+    assert!(value(&found, "0.2", "resistant along walls, worst") <= 0.01);
     // Not by making all dark.
     let bright = value(&found, "0.2", "bright room, resistant");
     assert!((0.8..1.25).contains(&bright), "{bright}");
+}
+
+/// At every frame, keyframes and deltas, and where probes lie in the faces of walls.
+#[test]
+fn a_sealed_house_stays_dark_at_every_frame() {
+    let found = run("sealed-house");
+    for at in ["lamp, 0.75", "sky, 0", "sky, 0.25"] {
+        // Probes that lie in the faces of walls have no light of the other side at all.
+        let trilinear = value(&found, at, "trilinear, worst");
+        assert!(trilinear > 0.2 || at == "sky, 0", "{trilinear}");
+        assert!(value(&found, at, "resistant, worst") <= 0.01);
+        assert!(value(&found, at, "resistant along walls, worst") <= 0.01);
+        let bright = value(&found, at, "bright side, resistant");
+        assert!((0.7..1.3).contains(&bright), "{bright}");
+    }
 }
 
 #[test]
@@ -155,4 +171,31 @@ fn the_command_writes_tables_and_pictures() {
         .output()
         .expect("dapple runs");
     assert_eq!(nothing.status.code(), Some(2));
+}
+
+#[test]
+fn light_without_a_visibility_block_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dapple = |line: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_dapple"))
+            .args(line.split_whitespace())
+            .current_dir(folder.path())
+            .output()
+            .expect("dapple runs");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let encode = "encode hall --model probes --probes 2x2x2 --samples 4 --settle 0 --frames 1";
+    dapple(&format!("{encode} --visibility-side 0 -o without.dapple"));
+    dapple(&format!("{encode} -o with.dapple"));
+    let render = |stream: &str, how: &str| {
+        let how = format!("--method probes --interpolation {how}");
+        dapple(&format!(
+            "render {stream}.dapple --scene hall {how} --size 16x9 -o a.png"
+        ))
+    };
+    let told = render("without", "resistant");
+    assert!(told.contains("no visibility block"), "{told}");
+    assert!(!render("without", "trilinear").contains("warning"));
+    assert!(!render("with", "resistant").contains("warning"));
 }

@@ -153,7 +153,7 @@ pub struct ProbesArgs {
         value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub settle: u32,
     /// Texels a side of what each probe knows of the distances around it; 0 for nothing.
-    #[arg(long, value_name = "TEXELS", default_value = "8", value_parser = visibility)]
+    #[arg(long, value_name = "TEXELS", default_value = "16", value_parser = visibility)]
     pub visibility_side: u32,
     /// What becomes of probes inside bodies.
     #[arg(long, value_name = "WHAT", default_value = "absent")]

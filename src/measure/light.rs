@@ -250,13 +250,12 @@ pub fn settled_ddgi(
 /// What a client has, and what it cost to send.
 pub struct Sent {
     pub volume: ProbesVolume,
-    /// Bytes of the keyframe's record, and of the one that brings the visibility block.
+    /// Bytes of the keyframe's record without the visibility block, and of the block.
     pub bytes_first: u64,
     pub bytes_visibility: u64,
 }
 
-/// What a client makes of the server's state, coded as `packing`: of a keyframe, and of the delta with the
-/// visibility block that follows.
+/// What a client makes of the server's state, coded as `packing`: of one keyframe.
 ///
 /// # Errors
 /// Those of the codec.
@@ -268,12 +267,10 @@ pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<Sent>
     encoder.tracks(&mut bytes, &[content.track()])?;
     let start = bytes.len();
     content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
-    let bytes_first = (bytes.len() - start) as u64;
+    let block = content.server().visibility();
+    let bytes_visibility = block.map_or(0, |v| v.texels.as_flattened().len() as u64);
+    let bytes_first = (bytes.len() - start) as u64 - bytes_visibility;
     encoder.commit(&mut bytes, 0, None)?;
-    let start = bytes.len();
-    content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
-    let bytes_visibility = (bytes.len() - start) as u64;
-    encoder.commit(&mut bytes, 1, None)?;
     encoder.end(&mut bytes)?;
     let mut decoder = Decoder::new(Limits::default());
     let mut rest = &bytes[..];

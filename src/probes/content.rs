@@ -2,15 +2,18 @@
 
 use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
-use super::server::{Options, Server, Tick};
+use super::server::{Inside, Nearest, Options, Server, Tick};
 use super::sh::L2;
 use super::volume::Volume;
 use crate::Result;
 use crate::codec::probes::{self, Coding, Coverage, Probe, Steps, Tolerance, Update, f32_from_f16};
-use crate::codec::{self, Compression, Encoder, LookupSpace, Model, StateDigest, Target};
+use crate::codec::{
+    self, Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, StateDigest, Target,
+};
 use crate::scene::{Pose, Scene};
+use crate::trace::offset::offset_origin;
 use crate::trace::path::{PathTracer, Paths, Random, Sky};
-use crate::trace::{Aabb, Tracer};
+use crate::trace::{Aabb, Ray, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -50,11 +53,11 @@ pub struct Report {
     pub probes_present: usize,
     /// Probes whose codes changed, summed over the frames after the first.
     pub probes_sent: usize,
-    /// The first frame's record.
+    /// The first frame's record, less its visibility block.
     pub bytes_first: u64,
-    /// The record that brings the visibility block.
+    /// What the visibility block adds to a keyframe's record.
     pub bytes_visibility: u64,
-    /// Bytes a probe of a delta record, the mean over frames without keyframe and visibility.
+    /// Bytes a probe of a delta record, the mean over frames without keyframe.
     pub bytes_per_probe_frame: f64,
     /// PSNR in dB of the irradiance that clients get, 64 directions a probe, against the 99.9th
     /// percentile of the server's own.
@@ -104,13 +107,16 @@ impl Packing {
     }
 }
 
+/// Frames that a server runs by default before the first that is sent.
+const SETTLE: u32 = 16;
+
 impl Default for Request {
     fn default() -> Self {
         Request {
             dims: [16, 8, 8],
             bounds: None,
             server: Options::default(),
-            settle: Options::default().visibility_frames,
+            settle: SETTLE,
             packing: Packing::packed(0.004),
             sky: Sky::default(),
         }
@@ -131,7 +137,6 @@ pub struct Content<'s> {
     light: Vec<L2>,
     /// As clients have them.
     sent: Vec<Probe>,
-    sent_visibility: Option<Vec<u8>>,
     /// Sums over frames.
     report: Report,
     ticks: u32,
@@ -149,7 +154,11 @@ impl<'s> Content<'s> {
         let pose = scene.pose(time);
         let tracer = Tracer::new(scene, &pose);
         let place = request.place(scene, &pose, &tracer)?;
-        let server = Server::new(place, request.server)?;
+        let mut server = Server::new(place, request.server)?;
+        let through = request.server.inside == Inside::Through;
+        server.measure_geometry(|origin, direction| {
+            nearest(scene, &tracer, (origin, direction), through)
+        });
         let side = request.server.visibility as u8;
         let volume = probes::Volume {
             grid_from_mesh: place.grid_from_world(),
@@ -171,7 +180,6 @@ impl<'s> Content<'s> {
             id,
             light: Vec::new(),
             sent: vec![Probe::ABSENT; place.lattice.count()],
-            sent_visibility: None,
             report: Report {
                 probes: place.lattice.count(),
                 ..Report::default()
@@ -260,8 +268,7 @@ impl<'s> Content<'s> {
         }
     }
 
-    /// The light that a client needs to start at this frame; the visibility block follows with the
-    /// next delta, so that no frame is much larger than all others.
+    /// All that a client needs to start at this frame: light and visibility block.
     pub fn write_keyframe(
         &mut self,
         encoder: &mut Encoder,
@@ -273,25 +280,46 @@ impl<'s> Content<'s> {
             track: self.id,
             base: &[],
             probes: &probes,
-            visibility: None,
+            visibility: self.visibility(),
         };
         let before = out.len();
-        encoder.probes(
-            out,
-            Coverage::Keyframe,
-            &[update],
-            self.compression(compression),
-        )?;
+        let packed = match update.visibility {
+            Some(_) => compression,
+            None => self.compression(compression),
+        };
+        encoder.probes(out, Coverage::Keyframe, &[update], packed)?;
         if self.report.bytes_first == 0 {
-            self.report.bytes_first = (out.len() - before) as u64;
+            let bytes = (out.len() - before) as u64;
+            self.report.bytes_first = match update.visibility {
+                Some(_) => self.bytes_of_light(&probes, compression)?,
+                None => bytes,
+            };
+            self.report.bytes_visibility = bytes.saturating_sub(self.report.bytes_first);
         }
         self.sent = probes;
-        self.sent_visibility = None;
         self.compare();
         Ok(())
     }
 
-    /// What changed since the last frame.
+    /// The bytes of a keyframe's record without a visibility block.
+    fn bytes_of_light(&self, probes: &[Probe], compression: Compression) -> Result<u64> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
+        encoder.group(&mut bytes, GroupStart::Keyframes)?;
+        encoder.tracks(&mut bytes, &[self.track()])?;
+        let before = bytes.len();
+        let update = Update {
+            track: self.id,
+            base: &[],
+            probes,
+            visibility: None,
+        };
+        let compression = self.compression(compression);
+        encoder.probes(&mut bytes, Coverage::Keyframe, &[update], compression)?;
+        Ok((bytes.len() - before) as u64)
+    }
+
+    /// What changed since the last frame. The visibility block never does.
     pub fn write_delta(
         &mut self,
         encoder: &mut Encoder,
@@ -299,37 +327,26 @@ impl<'s> Content<'s> {
         out: &mut Vec<u8>,
     ) -> Result<()> {
         let probes = self.next();
-        let visibility = self.visibility();
-        let seen_anew = visibility != self.sent_visibility;
         let changed = probes
             .iter()
             .zip(&self.sent)
             .filter(|(a, b)| a != b)
             .count();
         let before = out.len();
-        if changed > 0 || seen_anew {
+        if changed > 0 {
             let update = Update {
                 track: self.id,
                 base: &self.sent,
                 probes: &probes,
-                visibility: visibility.as_deref().filter(|_| seen_anew),
+                visibility: None,
             };
-            let compression = match seen_anew {
-                true => compression,
-                false => self.compression(compression),
-            };
+            let compression = self.compression(compression);
             encoder.probes(out, Coverage::Delta, &[update], compression)?;
         }
-        let bytes = (out.len() - before) as u64;
         self.report.probes_sent += changed;
-        if seen_anew {
-            self.report.bytes_visibility = bytes;
-        } else {
-            self.delta_bytes += bytes;
-            self.delta_frames += 1;
-        }
+        self.delta_bytes += (out.len() - before) as u64;
+        self.delta_frames += 1;
         self.sent = probes;
-        self.sent_visibility = visibility;
         self.compare();
         Ok(())
     }
@@ -360,7 +377,7 @@ impl<'s> Content<'s> {
 
     /// Adds the state as clients have it.
     pub fn digest(&self, digest: &mut StateDigest) {
-        digest.volume(self.id, None, &self.sent, self.sent_visibility.as_deref());
+        digest.volume(self.id, None, &self.sent, self.visibility());
     }
 
     /// The probes as this frame shall have them.
@@ -394,13 +411,45 @@ impl<'s> Content<'s> {
         }
     }
 
-    /// The block, once the server has gathered it.
-    fn visibility(&self) -> Option<Vec<u8>> {
-        if !self.server.visibility_settled() {
-            return self.sent_visibility.clone();
-        }
+    fn visibility(&self) -> Option<&[u8]> {
         let block = self.server.visibility()?;
-        Some(block.texels.as_flattened().to_vec())
+        Some(block.texels.as_flattened())
+    }
+}
+
+/// The nearest surface along a ray that never moves: what moves would stay in the visibility block
+/// where it was. `through`: backs of single-sided materials are passed.
+fn nearest(
+    scene: &Scene,
+    tracer: &Tracer,
+    (origin, direction): (Vec3, Vec3),
+    through: bool,
+) -> Nearest {
+    let mut ray = Ray {
+        origin,
+        direction,
+        t_max: f32::INFINITY,
+    };
+    // A bound for rays that run within a surface.
+    for _ in 0..256 {
+        let hit = match through {
+            true => tracer.closest_front(&ray).0,
+            false => tracer.closest(&ray),
+        };
+        let Some(hit) = hit else { break };
+        let instance = hit.instance as usize;
+        let position = ray.origin + direction * hit.t;
+        if !scene.is_moving_instance(instance) && !scene.is_deforming_instance(instance) {
+            return Nearest {
+                distance: (position - origin).length(),
+                back_face: hit.back && !scene.is_double_sided(instance, hit.triangle as usize),
+            };
+        }
+        ray.origin = offset_origin(position, direction, tracer.reach());
+    }
+    Nearest {
+        distance: f32::INFINITY,
+        back_face: false,
     }
 }
 

@@ -152,7 +152,7 @@ struct Variant {
     request: Request,
 }
 
-/// What is compared: probes in bodies left out or kept as in the paper; more texels of visibility; and
+/// What is compared: probes in bodies left out or kept as in the paper; fewer texels of visibility; and
 /// more probes for the same number of rays.
 fn variants(request: &Request) -> [Variant; 4] {
     let with = |change: &dyn Fn(&mut Request)| {
@@ -175,19 +175,18 @@ fn variants(request: &Request) -> [Variant; 4] {
             request: with(&|r| r.server.inside = Inside::Through),
         },
         Variant {
-            name: "through, 16x16 texels",
-            file: "through_16",
+            name: "through, 8x8 texels",
+            file: "through_8",
             request: with(&|r| {
                 r.server.inside = Inside::Through;
-                r.server.visibility = 16;
+                r.server.visibility = 8;
             }),
         },
         Variant {
-            name: "through, 16x16, 8 times the probes, same rays",
+            name: "through, 8 times the probes, same rays",
             file: "denser",
             request: with(&|r| {
                 r.server.inside = Inside::Through;
-                r.server.visibility = 16;
                 r.dims = r.dims.map(|d| d.saturating_mul(2));
                 r.server.samples = r.server.samples.div_ceil(8);
             }),

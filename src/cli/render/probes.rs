@@ -3,6 +3,7 @@
 
 use super::{Args, Method};
 use crate::Result;
+use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::measure::light::{Seen, WARM_UP, from_ddgi, settled_ddgi};
 use crate::points::client::Client;
@@ -51,6 +52,9 @@ pub fn picture(
     let volumes: Vec<ProbesVolume> = live
         .filter_map(|live| ProbesVolume::new(decoder, live))
         .collect();
+    if method == Method::Probes && args.interpolation == Between::Resistant {
+        warn_of_leaks(&volumes);
+    }
     let views: Vec<ProbeVolume> = volumes.iter().map(ProbeVolume::of).collect();
     let (width, height) = args.view.size;
     let sky = args.path.sky();
@@ -72,6 +76,18 @@ pub fn picture(
     let (lit, _) = renderer.lit(&gbuffer, pose, camera, &sky, &source, SHADOW_SIDE)?;
     let developed = develop(&lit.radiance(), args.path.exposure());
     Ok(Picture::from_linear(width, height, &developed))
+}
+
+/// Warns where the interpolation has no visibility block to keep light from coming through walls.
+fn warn_of_leaks(volumes: &[ProbesVolume]) {
+    let without = volumes.iter().filter(|v| v.visibility().is_none()).count();
+    if without > 0 {
+        output::warn(&format!(
+            "{without} of {} volumes of probes have no visibility block: light may come through walls; \
+             encode with --visibility-side 16",
+            volumes.len()
+        ));
+    }
 }
 
 /// Indirect light by the baseline, with its probes where the stream has them.

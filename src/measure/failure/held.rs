@@ -1,6 +1,6 @@
 //! What a client holds: the probes of a server, through encoder and decoder.
 
-use crate::Result;
+use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
 use crate::measure::ddgi::Ddgi;
 use crate::measure::light::{settled_ddgi, through_a_stream};
 use crate::probes::client::ProbesVolume;
@@ -13,6 +13,7 @@ use crate::probes::volume::Volume;
 use crate::scene::Scene;
 use crate::trace::Aabb;
 use crate::trace::path::{PathTracer, Sky};
+use crate::{Error, Result};
 use glam::Vec3;
 
 use super::places::{Place, grey};
@@ -44,12 +45,61 @@ pub fn settled<'s>(scene: &'s Scene, request: &Request) -> Result<Content<'s>> {
     Content::new(scene, request, 0.0, 0)
 }
 
-/// What a client makes of a keyframe and of the delta with the visibility block, coded as `packing`.
+/// What a client makes of a keyframe, coded as `packing`.
 ///
 /// # Errors
 /// Those of the codec.
 pub fn decoded(content: &mut Content, packing: Packing) -> Result<ProbesVolume> {
     Ok(through_a_stream(content, packing)?.volume)
+}
+
+/// Writes frames of a still scene, a keyframe every `interval`, and calls `show` with the volume that a
+/// client has after each commit.
+///
+/// # Errors
+/// Those of the codec.
+pub fn frames(
+    content: &mut Content,
+    packing: Packing,
+    frames: usize,
+    interval: usize,
+    mut show: impl FnMut(ProbesVolume),
+) -> Result<()> {
+    content.pack_as(packing);
+    let mut decoder = Decoder::new(Limits::default());
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
+    for frame in 0..frames {
+        if frame > 0 {
+            content.tick(0.0);
+        }
+        if frame % interval == 0 {
+            encoder.group(&mut bytes, GroupStart::Keyframes)?;
+            encoder.tracks(&mut bytes, &[content.track()])?;
+            content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
+        } else {
+            content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
+        }
+        encoder.commit(&mut bytes, frame as u64, None)?;
+        let mut rest = &bytes[..];
+        while !rest.is_empty() {
+            let (used, event) = decoder.push(rest)?;
+            rest = &rest[used..];
+            if matches!(event, Event::NeedInput) {
+                break;
+            }
+        }
+        let live = decoder.tracks().first();
+        let volume = live.and_then(|live| ProbesVolume::new(&decoder, live));
+        show(volume.ok_or_else(no_frame)?);
+        bytes.clear();
+    }
+    Ok(())
+}
+
+/// The error of a stream that shows no volume.
+pub fn no_frame() -> Error {
+    Error::Invalid("the stream has no volume".into())
 }
 
 /// The server's light without what rings below zero: what is coded.

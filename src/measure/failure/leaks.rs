@@ -41,7 +41,7 @@ pub const PROBES_IN_WALLS: Case = Case {
 };
 
 /// Share of the bright room's light that the worst place of the dark one may get.
-const LEAK: f64 = 0.01;
+pub(super) const LEAK: f64 = 0.01;
 /// Relative rms error that the wall may have, wherever the probes stand.
 const WALL_ERROR: f64 = 0.25;
 
@@ -102,6 +102,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         let half = 0.5 * wall;
         let corner = Vec3::new(4.0, 1.5, 2.0);
         let dark = places::in_room(Vec3::new(half, -1.5, -2.0), corner, side);
+        let eyes = places::eyes(Vec3::new(half, -1.5, -2.0), corner);
         let bright = places::in_room(-corner, Vec3::new(-half, 1.5, 2.0), effort.of(3, 6));
         let right = places::truth(&paths, &bright, effort.of(64, 512), world.tracer.reach());
         let whole = mean(&right);
@@ -123,16 +124,25 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             }
             finding.add(&at, average, mean(&light) / whole);
         }
+        let along = |place: &Place| {
+            let view = |eye: &Vec3| (*eye - place.position).normalize();
+            let lights = eyes.iter().map(|eye| of_way(2, place, view(eye)));
+            worst(&lights.collect::<Vec<f32>>()) as f32
+        };
+        let light: Vec<f32> = dark.iter().map(along).collect();
+        let share = worst(&light) / whole;
+        let figure = "resistant along walls, worst";
+        finding.bounded(&at, figure, share, Bound::AtMost(LEAK));
         let light: Vec<f32> = dark.iter().map(|p| of_way(3, p, p.normal)).collect();
         finding.add(&at, "DDGI, worst", worst(&light) / whole);
         finding.add(&at, "DDGI, mean", mean(&light) / whole);
         if effort == Effort::Full {
-            let mut finer = request;
-            finer.server.visibility = 16;
-            let mut content = held::settled(&scene, &finer)?;
-            let decoded = held::decoded(&mut content, finer.packing)?;
+            let mut coarser = request;
+            coarser.server.visibility = 8;
+            let mut content = held::settled(&scene, &coarser)?;
+            let decoded = held::decoded(&mut content, coarser.packing)?;
             let light = held::at_places(&decoded.field(), &volume, LookUp::Resistant, &dark);
-            finding.add(&at, "resistant, 16 texels, worst", worst(&light) / whole);
+            finding.add(&at, "resistant, 8 texels, worst", worst(&light) / whole);
         }
         // Darkness everywhere would be no merit.
         let ways = ["bright room, trilinear", "", "bright room, resistant"];

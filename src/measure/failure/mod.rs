@@ -4,12 +4,13 @@
 //!
 //! - [`rooms`] builds the scenes, [`places`] is where light is looked at and what is true there,
 //!   [`panels`] are the pictures, [`held`] what a client holds after a stream.
-//! - [`leaks`]: through walls, and from probes inside them
+//! - [`leaks`]: through walls, and from probes inside them; [`house`]: through those of a whole house
 //! - [`ringing`]: of an expansion about a small hot emitter
 //! - [`time`]: light that comes late, light that trembles
 //! - [`range`]: light too bright for the format, places outside of the volume
 
 pub mod held;
+pub mod house;
 pub mod leaks;
 pub mod panels;
 pub mod places;
@@ -61,8 +62,9 @@ pub struct Case {
 }
 
 /// All of them, in the order of the table.
-pub const CASES: [Case; 7] = [
+pub const CASES: [Case; 8] = [
     leaks::SEALED_ROOM,
+    house::SEALED_HOUSE,
     ringing::RINGING,
     time::LAG,
     time::FLICKER,

@@ -48,6 +48,14 @@ pub fn in_room(min: Vec3, max: Vec3, side: usize) -> Vec<Place> {
     normals.flat_map(|n| on_wall(min, max, n, side)).collect()
 }
 
+/// Eyes in a room, from which its walls are seen from straight above and along them: in the middle,
+/// and near the middles of its walls, edges and corners, at a twelfth of its size.
+pub fn eyes(min: Vec3, max: Vec3) -> Vec<Vec3> {
+    const SHARES: [f32; 3] = [1.0 / 12.0, 0.5, 11.0 / 12.0];
+    let share = |i: usize| Vec3::new(SHARES[i % 3], SHARES[i / 3 % 3], SHARES[i / 9]);
+    (0..27).map(|i| min + (max - min) * share(i)).collect()
+}
+
 /// Irradiance at each place by paths: indirect light, and that of emitters. `rays` are spread over the
 /// hemisphere by the cosine, so that what is left of noise is that of the paths.
 pub fn truth(paths: &PathTracer, places: &[Place], rays: u32, reach: f32) -> Vec<f32> {

@@ -1,8 +1,9 @@
 //! The server: keeps the light at every probe up to date (DDISH-GI §3.1).
 //!
 //! A frame sends rays from every probe, fits an expansion to what arrives ([`projection`]), mixes it
-//! with what the probe remembers ([`history`]), finds probes inside bodies and measures how far
-//! probes see ([`sight`]). What arrives along a ray is the caller's: a path tracer, or a formula.
+//! with what the probe remembers ([`history`]) and finds probes inside bodies ([`sight`]). What arrives
+//! along a ray is the caller's: a path tracer, or a formula. Where rays start and how far probes see
+//! is measured once, from the geometry alone ([`Server::measure_geometry`]).
 
 mod history;
 mod projection;
@@ -10,6 +11,7 @@ mod sight;
 
 pub use history::Hysteresis;
 pub use projection::fit;
+pub use sight::Nearest;
 
 use super::sh::{L2, MAX_DEGREE};
 use super::visibility::{SIDES, Visibility};
@@ -20,16 +22,16 @@ use crate::{Error, Result};
 use glam::Vec3;
 use history::History;
 use rayon::prelude::*;
-use sight::{Presence, Sums};
+use sight::Presence;
 use std::time::{Duration, Instant};
 
-/// Reach of the visibility block in diagonals of a cell: a point asks probes at most one diagonal
-/// away, and the rest is for the bias and for a distribution that is not cut at its mean (DDGI).
+/// Reach of the visibility block in diagonals of a cell: a point within the grid asks probes at most
+/// one diagonal away, and the rest is for the bias and for points outside.
 const RANGE: f32 = 1.5;
 /// A probe inside a body is asked again every so many frames.
 const ABSENT_PERIOD: u32 = 8;
 
-/// What becomes of probes inside bodies. Rays pass the backs of single-sided materials in both.
+/// What becomes of probes inside bodies. Light passes the backs of single-sided materials in both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Inside {
     /// They are found, are absent from the stream, and see no farther than the backs about them: no
@@ -55,8 +57,6 @@ pub struct Options {
     pub threshold: f32,
     /// Texels a side of the visibility block: 4, 8 or 16; 0 for none.
     pub visibility: u32,
-    /// Frames whose rays the block gathers before it is frozen.
-    pub visibility_frames: u32,
     pub seed: u64,
 }
 
@@ -68,8 +68,7 @@ impl Default for Options {
             inside: Inside::Absent,
             degree: 2,
             threshold: 1.0 / 512.0,
-            visibility: 8,
-            visibility_frames: 16,
+            visibility: 16,
             seed: 0,
         }
     }
@@ -96,8 +95,6 @@ pub struct Tick {
     pub changed: usize,
     /// Probes whose history was dropped because their light changed.
     pub dropped: usize,
-    /// Whether the visibility block differs from the last frame's.
-    pub visibility_changed: bool,
     pub update_time: Duration,
 }
 
@@ -106,7 +103,6 @@ pub struct Tick {
 struct Probe {
     history: History,
     presence: Presence,
-    sums: Sums,
     /// Whether its history was dropped in the last frame.
     dropped: bool,
     rays: u32,
@@ -123,12 +119,12 @@ pub struct Server {
     options: Options,
     probes: Vec<Probe>,
     frame: u32,
-    /// The spread of directions before it is turned, and the directions of a block's texels.
+    /// The spread of directions before it is turned.
     pattern: Vec<Vec3>,
-    texels: Vec<Vec3>,
+    /// Where the rays of each probe start.
+    starts: Vec<Vec3>,
+    /// The visibility block; empty before it is measured.
     codes: Vec<[u8; 2]>,
-    /// Frames that the visibility block has gathered.
-    gathered: u32,
 }
 
 impl Server {
@@ -156,7 +152,6 @@ impl Server {
             return Err(Error::Invalid(message));
         }
         let count = volume.lattice.count();
-        let side = options.visibility as usize;
         let samples = options.samples as usize;
         Ok(Server {
             volume,
@@ -164,9 +159,8 @@ impl Server {
             probes: vec![Probe::default(); count],
             frame: 0,
             pattern: (0..samples).map(|i| spiral(i, samples)).collect(),
-            texels: sight::texels(options.visibility),
-            codes: vec![[255, 0]; count * side * side],
-            gathered: 0,
+            starts: (0..count).map(|probe| volume.position(probe)).collect(),
+            codes: Vec::new(),
         })
     }
 
@@ -205,9 +199,10 @@ impl Server {
         self.probes[probe].changed
     }
 
-    /// How far the probes see; `None` if it was not asked for.
+    /// How far the probes see; `None` if it was not asked for, or before
+    /// [`Server::measure_geometry`].
     pub fn visibility(&self) -> Option<Visibility<'_>> {
-        (self.options.visibility > 0).then(|| Visibility {
+        (!self.codes.is_empty()).then(|| Visibility {
             side: self.options.visibility,
             range: self.range(),
             texels: &self.codes,
@@ -219,17 +214,25 @@ impl Server {
         RANGE * self.volume.lattice.spacing.length()
     }
 
-    /// Whether the visibility block has gathered all that it will, and stays as it is.
-    pub fn visibility_settled(&self) -> bool {
-        self.gathered >= self.options.visibility_frames
-    }
-
-    /// Starts the visibility block over: something that casts shadow has moved for good.
-    pub fn geometry_changed(&mut self) {
-        self.gathered = 0;
-        for probe in &mut self.probes {
-            probe.sums = Sums::default();
+    /// Measures how far probes see, and moves the starts of their rays clear of surfaces: before the
+    /// first frame, and again when geometry has moved for good. `nearest(origin, direction)` is the
+    /// nearest surface along a ray in world space.
+    pub fn measure_geometry(&mut self, nearest: impl Fn(Vec3, Vec3) -> Nearest + Sync) {
+        let lattice = &self.volume.lattice;
+        let (volume, range, side) = (&self.volume, self.range(), self.options.visibility);
+        let start = |probe| sight::start(volume.position(probe), lattice.spacing, &nearest);
+        let starts: Vec<Vec3> = (0..lattice.count()).into_par_iter().map(start).collect();
+        let texels = (side * side) as usize;
+        let mut codes = vec![[255, 0]; lattice.count() * texels];
+        if side > 0 {
+            let blocks = codes.par_chunks_mut(texels).enumerate();
+            blocks.for_each(|(number, block)| {
+                let probe = (lattice, lattice.place(number), starts[number]);
+                sight::write(block, side, range, probe, &nearest);
+            });
         }
+        self.starts = starts;
+        self.codes = codes;
     }
 
     /// One frame. `arrive(origin, direction, draw)` is the light that arrives at `origin` from unit
@@ -237,12 +240,9 @@ impl Server {
     /// from many threads, and the result depends on what it returns alone.
     pub fn update(&mut self, arrive: impl Fn(Vec3, Vec3, Draw) -> Arrived + Sync) -> Tick {
         let clock = Instant::now();
-        let gathers = self.options.visibility > 0 && self.gathered < self.options.visibility_frames;
-        let side = self.options.visibility as usize;
         let near = self.volume.lattice.spacing.length();
-        let range = self.range();
-        let (volume, options, frame) = (&self.volume, &self.options, self.frame);
-        let (pattern, texels) = (&self.pattern, &self.texels);
+        let (options, frame) = (&self.options, self.frame);
+        let (pattern, starts) = (&self.pattern, &self.starts);
 
         self.probes
             .par_iter_mut()
@@ -251,11 +251,11 @@ impl Server {
                 probe.dropped = false;
                 probe.changed = false;
                 probe.rays = 0;
-                let asleep = frame > 0 && !probe.presence.present && !gathers;
+                let asleep = frame > 0 && !probe.presence.present;
                 if asleep && (frame.wrapping_add(number as u32)) % ABSENT_PERIOD != 0 {
                     return;
                 }
-                let origin = volume.position(number);
+                let origin = starts[number];
                 let directions = turned(pattern, options.seed, number, frame);
                 let arrived: Vec<Arrived> = directions
                     .iter()
@@ -271,27 +271,8 @@ impl Server {
                     .collect();
                 probe.rays = arrived.len() as u32;
                 probe.take(&directions, &arrived, near, options);
-                if gathers {
-                    let through = options.inside == Inside::Through;
-                    probe
-                        .sums
-                        .add(texels, &directions, &arrived, range, through);
-                }
             });
 
-        let visibility_changed = gathers;
-        if gathers {
-            let blocks = self.codes.par_chunks_mut(side * side);
-            blocks
-                .zip(&self.probes)
-                .for_each(|(codes, probe)| probe.sums.write(range, codes));
-            self.gathered += 1;
-            if self.gathered == self.options.visibility_frames {
-                self.probes
-                    .iter_mut()
-                    .for_each(|p| p.sums = Sums::default());
-            }
-        }
         self.frame = self.frame.wrapping_add(1);
         let count = |test: fn(&Probe) -> bool| self.probes.iter().filter(|p| test(p)).count();
         Tick {
@@ -299,7 +280,6 @@ impl Server {
             present: count(|p| p.present),
             changed: count(|p| p.changed),
             dropped: count(|p| p.dropped),
-            visibility_changed,
             update_time: clock.elapsed(),
         }
     }

@@ -1,9 +1,12 @@
-//! What a probe's rays tell of the geometry about it: whether it stands inside a body, and how far
-//! it sees in which direction.
+//! What a probe's rays tell of the geometry about it: whether it stands inside a body, from where its
+//! rays start, and how far it sees in which direction.
 
 use super::Arrived;
+use crate::probes::lattice::Lattice;
+use crate::probes::sample::{NORMAL_BIAS, VIEW_BIAS};
 use crate::probes::visibility::texel_direction;
-use glam::Vec3;
+use crate::probes::volume::spiral;
+use glam::{UVec3, Vec3};
 
 /// Share of rays that meet back faces from which a probe is taken to stand inside (that of RTXGI), and
 /// how far beyond it the share must go to turn a decision: 256 rays err by 0.03.
@@ -71,62 +74,107 @@ impl Presence {
     }
 }
 
-/// Power of the cosine by which a ray counts for a texel's direction (DDGI, Majercik 2019).
-const SHARPNESS: i32 = 50;
-/// Cosine below which it counts less than 0.001 and is left out.
-const REACH: f32 = 0.871;
+/// The nearest surface along a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Metres; infinite where there is none.
+    pub distance: f32,
+    /// Whether it is the back of a single-sided material.
+    pub back_face: bool,
+}
+
+/// Share of the smallest spacing that rays of a probe start clear of any surface. Grids are often
+/// aligned with floors and walls; a probe that lies in a face, or a rounding error behind it, is
+/// neither inside nor outside, and its rays pass the face.
+const CLEARANCE: f32 = 0.05;
+/// Rays that look for such a surface.
+const FEELERS: usize = 256;
+
+/// Where the rays of a probe start: `position`, or if a surface is nearer than [`CLEARANCE`], the point
+/// beside it that is farthest in the open.
+pub fn start(
+    position: Vec3,
+    spacing: Vec3,
+    nearest: &(impl Fn(Vec3, Vec3) -> Nearest + ?Sized),
+) -> Vec3 {
+    let clearance = CLEARANCE * spacing.min_element();
+    // From behind the point, so that a surface through it is met.
+    let near = (0..FEELERS).any(|i| {
+        let direction = spiral(i, FEELERS);
+        let met = nearest(position - direction * clearance, direction);
+        met.distance < 2.0 * clearance
+    });
+    if !near {
+        return position;
+    }
+    // Fewer rays that meet backs are better, then a farther nearest surface.
+    let openness = |point: Vec3| {
+        let met = (0..FEELERS).map(|i| nearest(point, spiral(i, FEELERS)));
+        met.fold((0, f32::INFINITY), |(backs, least), met| {
+            (backs + usize::from(met.back_face), least.min(met.distance))
+        })
+    };
+    let mut best = (position, (usize::MAX, 0.0f32));
+    for number in 0..27 {
+        let step = Vec3::from([number % 3, number / 3 % 3, number / 9].map(|i| i as f32 - 1.0));
+        let point = position + step * (1.5 * clearance);
+        let open = openness(point);
+        if open.0 < best.1.0 || (open.0 == best.1.0 && open.1 > best.1.1) {
+            best = (point, open);
+        }
+    }
+    best.0
+}
+
+/// Rays along a side of the map of directions; each texel has the same share of them.
+const RAYS: u32 = 32;
 /// What is left of the distance of a ray that met a back face: nothing is seen through it (RTXGI).
 const BACK_SHARE: f32 = 0.2;
 
-/// Sums for a visibility block while it is gathered: weight, distance, squared distance a texel.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sums(Vec<[f32; 3]>);
-
-impl Sums {
-    /// Takes in a frame's rays. Farther than `range` metres counts as `range`; a back face that was
-    /// met stops the sight, unless it goes `through`.
-    pub fn add(
-        &mut self,
-        texels: &[Vec3],
-        directions: &[Vec3],
-        arrived: &[Arrived],
-        range: f32,
-        through: bool,
-    ) {
-        self.0.resize(texels.len(), [0.0; 3]);
-        for (direction, ray) in directions.iter().zip(arrived) {
-            let stopped = ray.back_face && !through;
-            let share = if stopped { BACK_SHARE } else { 1.0 };
-            let distance = (ray.distance * share).min(range);
-            for (texel, sum) in texels.iter().zip(&mut self.0) {
-                let cosine = texel.dot(*direction);
-                if cosine > REACH {
-                    let weight = cosine.powi(SHARPNESS);
-                    sum[0] += weight;
-                    sum[1] += weight * distance;
-                    sum[2] += weight * distance * distance;
-                }
-            }
+/// Metres along `direction` from a probe within which places ask it: to the end of the cells around
+/// it, and what places are lifted off their surface; `range` where places outside of the grid do.
+///
+/// What lies farther is of no use to the block and would blur it: at a grazing angle distances to a
+/// wall grow without bound from texel to texel.
+fn reach(lattice: &Lattice, probe: UVec3, direction: Vec3, range: f32) -> f32 {
+    let lift = (NORMAL_BIAS + VIEW_BIAS) * lattice.spacing.min_element();
+    let mut reach = range;
+    for axis in 0..3 {
+        let last = u32::from(lattice.dims[axis]).max(1) - 1;
+        let end = if direction[axis] > 0.0 { last } else { 0 };
+        if probe[axis] != end {
+            reach = reach.min(lattice.spacing[axis] / direction[axis].abs() + lift);
         }
     }
-
-    /// Writes the codes of mean and deviation; a texel without rays sees no obstacle.
-    pub fn write(&self, range: f32, codes: &mut [[u8; 2]]) {
-        for (sum, code) in self.0.iter().zip(codes) {
-            *code = if sum[0] > 0.0 {
-                let mean = sum[1] / sum[0];
-                let variance = (sum[2] / sum[0] - mean * mean).max(0.0);
-                [mean, variance.sqrt()].map(|metres| (metres / range * 255.0).round() as u8)
-            } else {
-                [255, 0]
-            };
-        }
-    }
+    reach
 }
 
-/// The directions of a block's texels.
-pub fn texels(side: u32) -> Vec<Vec3> {
-    (0..(side * side) as usize)
-        .map(|t| texel_direction(t, side))
-        .collect()
+/// Writes a probe's visibility block of `side` x `side` texels: means of distances from `start`, each
+/// cut at [`reach`].
+///
+/// The deviations are 0. Texels are means over no more than themselves, and the client's filter
+/// adds the differences between texels to the variance, which is what hides the blur. Measured in
+/// the stress scenes and in Sponza with 16 texels: with the deviation within a texel written too, 2
+/// to 20 times the leak, the same error, and a block that packs to 1.4 times the bytes.
+pub fn write(
+    codes: &mut [[u8; 2]],
+    side: u32,
+    range: f32,
+    (lattice, probe, start): (&Lattice, UVec3, Vec3),
+    nearest: &(impl Fn(Vec3, Vec3) -> Nearest + ?Sized),
+) {
+    let each = RAYS / side;
+    for (texel, code) in (0..).zip(codes) {
+        let mut sum = 0.0;
+        for ray in 0..each * each {
+            let row = texel / side * each + ray / each;
+            let column = texel % side * each + ray % each;
+            let direction = texel_direction((row * RAYS + column) as usize, RAYS);
+            let met = nearest(start, direction);
+            let share = if met.back_face { BACK_SHARE } else { 1.0 };
+            sum += (met.distance * share).min(reach(lattice, probe, direction, range));
+        }
+        let mean = sum / (each * each) as f32;
+        *code = [(mean / range * 255.0).round() as u8, 0];
+    }
 }

@@ -269,6 +269,10 @@ fn threads_change_nothing() {
                 ..Options::default()
             };
             let mut server = server([5, 4, 3], options);
+            server.measure_geometry(|o, d| Nearest {
+                distance: (o + 7.0 * d).length(),
+                back_face: d.x > 0.9,
+            });
             for _ in 0..12 {
                 server.update(|o, d, draw| Arrived {
                     radiance: (d + o) * rng(draw).unit(),

@@ -92,6 +92,22 @@ fn glowing<'a>(
     }
 }
 
+/// The nearest surface; all materials are single-sided.
+fn nearest<'a>(tracer: &'a Tracer) -> impl Fn(Vec3, Vec3) -> Nearest + Sync + 'a {
+    move |origin, direction| {
+        let ray = Ray {
+            origin,
+            direction,
+            t_max: f32::INFINITY,
+        };
+        let hit = tracer.closest(&ray);
+        Nearest {
+            distance: hit.map_or(f32::INFINITY, |hit| hit.t),
+            back_face: hit.is_some_and(|hit| hit.back),
+        }
+    }
+}
+
 #[test]
 fn probes_in_a_solid_box_are_found_and_stay_found() {
     let (low, high) = (Vec3::new(-1.1, -2.0, -0.7), Vec3::new(1.3, 0.2, 0.7));
@@ -140,10 +156,19 @@ fn probes_that_see_through_bodies_are_all_there() {
         let options = Options {
             inside,
             visibility: 8,
-            visibility_frames: 2,
             ..plain()
         };
         let mut server = Server::new(volume, options).expect("a server");
+        server.measure_geometry(|origin, direction| match inside {
+            Inside::Absent => nearest(&tracer)(origin, direction),
+            Inside::Through => Nearest {
+                distance: paths
+                    .first(origin, direction, true)
+                    .0
+                    .map_or(f32::INFINITY, |vertex| vertex.distance),
+                back_face: false,
+            },
+        });
         (0..2).for_each(|_| {
             crate::probes::content::update(&mut server, &paths);
         });
@@ -158,7 +183,7 @@ fn probes_that_see_through_bodies_are_all_there() {
 }
 
 #[test]
-fn the_visibility_block_knows_the_walls_and_is_frozen() {
+fn the_visibility_block_knows_the_walls() {
     let (low, high) = (Vec3::new(-1.0, -2.0, -3.0), Vec3::new(1.0, 2.0, 3.0));
     let (scene, pose) = scene(vec![cuboid(low, high, true)]);
     let tracer = Tracer::new(&scene, &pose);
@@ -166,44 +191,65 @@ fn the_visibility_block_knows_the_walls_and_is_frozen() {
         min: 0.8 * low,
         max: 0.8 * high,
     };
-    let options = Options {
-        visibility: 16,
-        visibility_frames: 12,
-        ..plain()
-    };
-    let volume = Volume::over(over, [3, 3, 3]).expect("a volume");
-    let mut server = Server::new(volume, options).expect("a server");
-    let arrive = glowing(&scene, &pose, &tracer, |_| 1.0);
-    let mut frozen = Vec::new();
-    for frame in 0..15 {
-        let tick = server.update(&arrive);
-        assert_eq!(tick.visibility_changed, frame < 12);
-        if frame == 11 {
-            frozen = server.codes.clone();
-        }
-    }
-    assert_eq!(server.codes, frozen);
-    // Distances to walls straight ahead, of every probe, in metres: the texel's own blur is 10
-    // degrees, which lengthens them.
-    let range = server.range();
-    for p in 0..27 {
-        let at = volume.position(p);
-        for axis in 0..3 {
-            let (d, distance) = (Vec3::AXES[axis], high[axis] - at[axis]);
-            let see = server.visibility().expect("a block");
-            let distance = distance.min(range);
-            // A point before the wall is seen, one well behind it is not.
-            let before = see.share(p, d * (0.9 * distance));
-            // Down a corridor the blur takes in the walls beside it.
-            assert!(distance > 2.0 || before > 0.5, "{p} {axis}: {before}");
-            if distance < 0.7 * range {
-                let behind = see.share(p, d * (1.25 * distance + 0.1));
-                assert!(behind < 0.05, "{p} {axis}: {behind}");
+    for side in [8, 16] {
+        let options = Options {
+            visibility: side,
+            ..plain()
+        };
+        let volume = Volume::over(over, [3, 3, 3]).expect("a volume");
+        let mut server = Server::new(volume, options).expect("a server");
+        assert!(server.visibility().is_none(), "not measured yet");
+        server.measure_geometry(nearest(&tracer));
+        let see = server.visibility().expect("a block");
+        for p in 0..27 {
+            let at = volume.position(p);
+            for axis in 0..3 {
+                let (d, distance) = (Vec3::AXES[axis], high[axis] - at[axis]);
+                // No place farther than this asks the probe.
+                let asked = match volume.lattice.place(p)[axis] {
+                    2 => server.range(),
+                    _ => volume.lattice.spacing[axis],
+                };
+                let ahead = (0.9 * distance).min(asked);
+                let before = see.share(p, d * ahead);
+                // Down a corridor the blur takes in the walls beside it.
+                assert!(ahead > 2.0 || before > 0.5, "{p} {axis}: {before}");
+                if 1.25 * distance + 0.1 < asked {
+                    let behind = see.share(p, d * (1.25 * distance + 0.1));
+                    assert!(behind < 1e-3, "{p} {axis}: {behind}");
+                }
             }
         }
     }
-    server.geometry_changed();
-    assert!(server.update(&arrive).visibility_changed);
+}
+
+/// A grid that is aligned with a room: probes lie in its floor and walls, to a rounding error.
+#[test]
+fn probes_in_a_face_see_its_open_side() {
+    let floor = cuboid(Vec3::new(-3.0, -0.2, -3.0), Vec3::new(3.0, 0.0, 3.0), false);
+    let (scene, pose) = scene(vec![floor]);
+    let tracer = Tracer::new(&scene, &pose);
+    for lift in [-1e-3, -1e-7, 0.0, 1e-7, 1e-3] {
+        let over = Aabb {
+            min: Vec3::new(-1.0, lift, -1.0),
+            max: Vec3::new(1.0, 1.0 + lift, 1.0),
+        };
+        let volume = Volume::over(over, [3, 2, 3]).expect("a volume");
+        let mut server = Server::new(volume, plain()).expect("a server");
+        server.measure_geometry(nearest(&tracer));
+        server.update(|origin, direction, _| {
+            assert!(origin.y > 1e-3 && origin.y < 1.1, "{origin}");
+            let met = nearest(&tracer)(origin, direction);
+            Arrived {
+                radiance: Vec3::ONE,
+                distance: met.distance,
+                back_face: met.back_face,
+            }
+        });
+        for p in 0..18 {
+            assert!(server.is_present(p), "{lift}: {p}");
+        }
+    }
 }
 
 /// Two rooms with a wall of 20 cm between them, one bright, one dark, traced from end to end.
@@ -223,6 +269,7 @@ fn no_light_comes_through_a_wall() {
         ..plain()
     };
     let mut server = Server::new(volume, options).expect("a server");
+    server.measure_geometry(nearest(&tracer));
     let arrive = glowing(
         &scene,
         &pose,
