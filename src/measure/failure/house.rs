@@ -77,7 +77,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
         ((Light::Lamp, 0.75), true),
         ((Light::Sky, 0.0), true),
         ((Light::Sky, 0.02), false),
-        ((Light::Sky, 0.1), false),
+        ((Light::Sky, 0.06), false),
         ((Light::Sky, 0.25), true),
         ((Light::Sky, 0.5), false),
         ((Light::Sky, 0.75), false),
