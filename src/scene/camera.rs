@@ -10,7 +10,8 @@ use glam::{Affine3A, Mat4, Vec3, Vec4};
 
 /// Vertical field of view of cameras that the scene does not define: 50 degrees.
 pub const DEFAULT_YFOV: f32 = 0.872_664_6;
-pub(super) const DEFAULT_ZNEAR: f32 = 0.05;
+/// Near plane of cameras that the scene does not define, in a scene of [`Scene::length_scale`] 1.
+const DEFAULT_ZNEAR: f32 = 0.05;
 
 /// A camera at `eye` that looks at `target`, +Y up. `yfov` in radians.
 ///
@@ -71,6 +72,19 @@ impl CameraPose {
 }
 
 impl Scene {
+    /// Distance of the near plane that suits the scene's size: 5 cm in rooms and buildings.
+    pub fn near_plane(&self) -> f32 {
+        DEFAULT_ZNEAR * self.length_scale()
+    }
+
+    /// [`look_at`] with the scene's own near plane.
+    pub fn look_at(&self, eye: Vec3, target: Vec3, yfov: f32) -> CameraPose {
+        CameraPose {
+            znear: self.near_plane(),
+            ..look_at(eye, target, yfov)
+        }
+    }
+
     /// The index of the camera of that name, or of that number. The empty name is the first
     /// camera. `None` for the empty name in a scene without cameras: use [`Scene::framing_camera`].
     ///

@@ -9,7 +9,13 @@ use twox_hash::XxHash64;
 
 /// Filled on first use. A clone starts empty, so that a changed clone is evaluated afresh.
 #[derive(Debug, Default)]
-pub struct Cache(OnceLock<Derived>, OnceLock<Vec<u64>>);
+pub struct Cache {
+    derived: OnceLock<Derived>,
+    /// [`Scene::mesh_hash`].
+    hashes: OnceLock<Vec<u64>>,
+    /// [`Scene::size`].
+    pub(super) size: OnceLock<f32>,
+}
 
 impl Clone for Cache {
     fn clone(&self) -> Self {
@@ -41,13 +47,13 @@ pub(super) struct JointChain {
 
 impl Scene {
     pub(super) fn derived(&self) -> &Derived {
-        self.cache.0.get_or_init(|| derive(self))
+        self.cache.derived.get_or_init(|| derive(self))
     }
 
     /// Tells meshes apart: XXH64 of what gives a mesh its shapes, that is positions, triangles, joints
     /// and weights of its vertices, and displacements of positions.
     pub fn mesh_hash(&self, mesh: usize) -> u64 {
-        let hashes = self.cache.1.get_or_init(|| {
+        let hashes = self.cache.hashes.get_or_init(|| {
             let meshes = self.meshes.iter();
             meshes.map(hash).collect()
         });

@@ -5,7 +5,7 @@
 //! six axes: a point that sees front faces in at least five of them is inside a room (the sky may
 //! be open); inside a solid one sees back faces, and beside an object mostly nothing.
 
-use super::camera::{DEFAULT_YFOV, DEFAULT_ZNEAR, look_at};
+use super::camera::{DEFAULT_YFOV, look_at};
 use super::{CameraPose, Pose, Scene};
 use glam::Vec3;
 
@@ -15,6 +15,7 @@ const GRID: [usize; 3] = [7, 3, 7];
 const ENCLOSED: usize = 5;
 /// A view is worth no more than this many times the width of the place.
 const LONGEST_VIEW: f32 = 4.0;
+/// In a scene of [`Scene::length_scale`] 1.
 const EYE_HEIGHT: f32 = 1.6;
 
 /// The nearest surface along one direction: distance, and whether its front is seen.
@@ -42,17 +43,17 @@ impl Scene {
         let Some((min, max)) = self.bounds(pose) else {
             return look_at(Vec3::Z, Vec3::ZERO, DEFAULT_YFOV);
         };
-        if let Some((eye, target)) = room_view(&self.probe(pose, min, max)) {
+        if let Some((eye, target)) = room_view(&self.probe(pose, min, max), self.length_scale()) {
             let mut camera = look_at(eye, target, DEFAULT_YFOV * 1.25);
-            camera.znear = (eye.distance(target) * 1e-2).clamp(1e-4, DEFAULT_ZNEAR);
+            camera.znear = (eye.distance(target) * 1e-2).min(self.near_plane());
             return camera;
         }
         let middle = (min + max) * 0.5;
-        let radius = ((max - min) * 0.5).length().max(1e-3);
+        let radius = ((max - min) * 0.5).length().max(f32::MIN_POSITIVE);
         let distance = radius / (DEFAULT_YFOV * 0.5).sin();
         let direction = Vec3::new(0.6, 0.45, 0.75).normalize();
         let mut camera = look_at(middle + direction * distance, middle, DEFAULT_YFOV);
-        camera.znear = (distance * 1e-3).clamp(1e-4, DEFAULT_ZNEAR);
+        camera.znear = (distance * 1e-3).min(self.near_plane());
         camera
     }
 
@@ -125,8 +126,8 @@ impl Scene {
     }
 }
 
-/// Eye and target of the best view from inside, if any probe is inside.
-fn room_view(probes: &[Probe]) -> Option<(Vec3, Vec3)> {
+/// Eye and target of the best view from inside, if any probe is inside. `length_scale` is the scene's.
+fn room_view(probes: &[Probe], length_scale: f32) -> Option<(Vec3, Vec3)> {
     let mut best: Option<(f32, Vec3, Vec3)> = None;
     for probe in probes {
         let seen = &probe.seen;
@@ -147,7 +148,9 @@ fn room_view(probes: &[Probe]) -> Option<(Vec3, Vec3)> {
                 } else {
                     2.0 * down
                 };
-                let height = EYE_HEIGHT.min(tall * 0.55).min(down.max(tall * 0.3));
+                let height = (EYE_HEIGHT * length_scale)
+                    .min(tall * 0.55)
+                    .min(down.max(tall * 0.3));
                 let eye = Vec3::new(probe.at.x, probe.at.y - down + height, probe.at.z);
                 let sign = if direction % 2 == 0 { -1.0 } else { 1.0 };
                 let mut target = eye;

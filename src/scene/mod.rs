@@ -6,6 +6,7 @@
 
 mod animation;
 pub mod camera;
+mod collapsed;
 #[cfg(test)]
 mod corpus_tests;
 mod derived;
@@ -16,14 +17,17 @@ pub mod light;
 mod normals;
 mod paths;
 mod pose;
+mod recentre;
+mod size;
 mod specular;
 pub mod surface;
 pub mod texture;
 
 use std::sync::Arc;
 
-use glam::{Affine2, Affine3A, Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Affine2, Affine3A, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
+pub use size::length_scale;
 pub use surface::Surface;
 
 /// Everything that is loaded once.
@@ -44,6 +48,9 @@ pub struct Scene {
     pub channels: Vec<Channel>,
     /// Length of the animation in seconds; 0 when nothing moves. Playback loops.
     pub duration: f32,
+    /// World space counts from here, in the coordinates of the file: zero but for scenes that lie far
+    /// from the file's origin.
+    pub origin: DVec3,
     /// Degenerate triangles that were dropped, over all meshes (each mesh counted once).
     pub dropped_triangles: usize,
     /// What the file asked for and this crate does not honour, one sentence each.
@@ -57,6 +64,9 @@ pub struct Scene {
 pub struct Mesh {
     pub name: String,
     pub positions: Vec<Vec3>,
+    /// Mesh space counts from here, in the coordinates of the file: zero but for meshes whose vertices
+    /// lie far from the file's origin.
+    pub origin: Vec3,
     /// Unit length, one per position (generated where the file has none).
     pub normals: Vec<Vec3>,
     /// Sets of texture coordinates by number. Each has one element per position, or is empty.
@@ -412,7 +422,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load_with`].
     pub fn load(path: &std::path::Path) -> crate::Result<Scene> {
-        gltf::load(path, &LoadOptions::default())
+        Self::load_with(path, &LoadOptions::default())
     }
 
     /// Loads a glTF 2.0 file (`.glb` or `.gltf`).
@@ -424,7 +434,7 @@ impl Scene {
     /// [`crate::Error::Io`] for a file that cannot be read; [`crate::Error::Scene`] for one that is
     /// no glTF 2.0, that has nothing to draw, or that lacks what the options name.
     pub fn load_with(path: &std::path::Path, options: &LoadOptions) -> crate::Result<Scene> {
-        gltf::load(path, options)
+        gltf::load(path, options).map(Scene::placed)
     }
 
     /// Loads glTF 2.0 from memory with default options.
@@ -436,7 +446,7 @@ impl Scene {
         bytes: &[u8],
         folder: Option<&std::path::Path>,
     ) -> crate::Result<Scene> {
-        gltf::from_bytes(name, bytes, folder, &LoadOptions::default())
+        Self::from_bytes_with(name, bytes, folder, &LoadOptions::default())
     }
 
     /// Loads glTF 2.0 from memory, binary or JSON. `folder` is where external buffers and images
@@ -450,6 +460,13 @@ impl Scene {
         folder: Option<&std::path::Path>,
         options: &LoadOptions,
     ) -> crate::Result<Scene> {
-        gltf::from_bytes(name, bytes, folder, options)
+        gltf::from_bytes(name, bytes, folder, options).map(Scene::placed)
+    }
+
+    /// What is done with every scene that was loaded, once its nodes are known.
+    fn placed(self) -> Scene {
+        let mut scene = self.recentred();
+        scene.warnings.extend(scene.collapsed());
+        scene
     }
 }

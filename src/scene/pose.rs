@@ -2,9 +2,12 @@
 
 use super::animation::Sample;
 use super::derived::{self, Derived, JointChain};
-use super::{CameraPose, Deformed, LightPose, Mesh, Node, Pose, Scene};
-use glam::{Affine3A, Mat3A, Mat4, Quat, Vec3, Vec3A};
+use super::{CameraPose, ChannelValues, Deformed, LightPose, Mesh, Node, Pose, Scene};
+use glam::{Affine3A, DAffine3, DVec3, Mat3A, Mat4, Quat, Vec3, Vec3A};
 use rayon::prelude::*;
+
+/// Most times that are looked at to find where instances are largest.
+const MAX_SCALE_KEYS: usize = 1024;
 
 /// The local state of all nodes, as animation leaves it.
 struct Locals {
@@ -79,30 +82,23 @@ impl Scene {
         pose.time = 0.0;
         let derived = self.derived();
         let locals = self.locals(time);
-        let mut world: Vec<Affine3A> = Vec::with_capacity(self.nodes.len());
-        for (node, local) in self.nodes.iter().zip(&locals.from_local) {
-            world.push(match node.parent {
-                Some(parent) => world[parent] * *local,
-                None => *local,
-            });
-        }
-        let world_of = |node: Option<usize>| node.map_or(Affine3A::IDENTITY, |n| world[n]);
-
-        pose.world_from_mesh.clear();
-        pose.world_from_mesh
-            .extend(self.instances.iter().map(|i| world_of(i.node) * i.offset));
+        let world = self.worlds(&locals);
+        self.place_meshes(&world, &mut pose.world_from_mesh);
+        let placed = |node: Option<usize>, below: &Affine3A| -> Affine3A {
+            (self.world_of(&world, node) * below.as_daffine3()).as_affine3a()
+        };
         pose.cameras.clear();
         pose.cameras.extend(self.cameras.iter().map(|c| CameraPose {
             world_from_camera: rigid(&match c.node {
-                Some(node) => world[node],
-                None => c.world_from_camera,
+                Some(_) => placed(c.node, &Affine3A::IDENTITY),
+                None => placed(None, &c.world_from_camera),
             }),
             yfov: c.yfov,
             znear: c.znear,
         }));
         pose.lights.clear();
         pose.lights.extend(self.lights.iter().map(|l| {
-            let frame = world_of(l.node);
+            let frame = placed(l.node, &Affine3A::IDENTITY);
             LightPose {
                 position: frame.translation.into(),
                 direction: Vec3::from(-frame.matrix3.z_axis)
@@ -114,6 +110,90 @@ impl Scene {
             }
         }));
         self.deform(derived, &locals, pose);
+    }
+
+    /// World from each node, world space counting from [`Scene::origin`].
+    fn worlds(&self, locals: &Locals) -> Vec<DAffine3> {
+        let mut world: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
+        for (node, local) in self.nodes.iter().zip(&locals.from_local) {
+            world.push(self.world_of(&world, node.parent) * local.as_daffine3());
+        }
+        world
+    }
+
+    fn world_of(&self, world: &[DAffine3], node: Option<usize>) -> DAffine3 {
+        match node {
+            Some(node) => world[node],
+            None => DAffine3::from_translation(-self.origin),
+        }
+    }
+
+    fn place_meshes(&self, world: &[DAffine3], out: &mut Vec<Affine3A>) {
+        out.clear();
+        out.extend(self.instances.iter().map(|i| {
+            let frame = self.world_of(world, i.node) * i.offset.as_daffine3();
+            let origin = self.meshes[i.mesh].origin.as_dvec3();
+            // Skinned vertices are carried there by their joints.
+            let moved = i.skin.is_none() && origin != DVec3::ZERO;
+            let frame = match moved {
+                true => frame * DAffine3::from_translation(origin),
+                false => frame,
+            };
+            frame.as_affine3a()
+        }));
+    }
+
+    /// World from mesh of each instance where it is largest within `span` seconds from `time` on:
+    /// at one of the keys of the animated scales, or at the start. The length of the columns counts.
+    pub fn largest_placement(&self, time: f64, span: f64) -> Vec<Affine3A> {
+        let mut largest = self.pose(time).world_from_mesh;
+        let size = |m: &Affine3A| {
+            let m = m.matrix3;
+            m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()
+        };
+        let mut placed = Vec::new();
+        for key in self.scale_keys(time, span) {
+            let world = self.worlds(&self.locals(Some(key)));
+            self.place_meshes(&world, &mut placed);
+            for (largest, placed) in largest.iter_mut().zip(&placed) {
+                if size(placed) > size(largest) * (1.0 + 1e-4) {
+                    *largest = *placed;
+                }
+            }
+        }
+        largest
+    }
+
+    /// Times within the animation at which an animated scale has a key, and the end of the span; at
+    /// most [`MAX_SCALE_KEYS`].
+    fn scale_keys(&self, time: f64, span: f64) -> Vec<f64> {
+        let duration = f64::from(self.duration);
+        let scales = self.channels.iter().filter_map(|c| match &c.values {
+            ChannelValues::Scale(values) => Some((&c.times, values)),
+            _ => None,
+        });
+        // Exporters write scales that never change.
+        let changing = scales.filter(|(_, values)| {
+            let still = |v: &Vec3| v.abs_diff_eq(values[0], 1e-4 * values[0].abs().max_element());
+            !values.iter().all(still)
+        });
+        let mut keys: Vec<f64> = changing
+            .flat_map(|(times, _)| times.iter().map(|t| f64::from(*t)))
+            .collect();
+        if keys.is_empty() || duration <= 0.0 {
+            return Vec::new();
+        }
+        keys.retain(|key| {
+            let inside = (0.0..=duration).contains(key);
+            inside && (span >= duration || (key - time).rem_euclid(duration) <= span)
+        });
+        if span < duration {
+            keys.push((time + span).rem_euclid(duration));
+        }
+        keys.sort_unstable_by(f64::total_cmp);
+        keys.dedup();
+        let step = keys.len().div_ceil(MAX_SCALE_KEYS).max(1);
+        keys.into_iter().step_by(step).collect()
     }
 
     fn locals(&self, time: Option<f64>) -> Locals {
@@ -178,7 +258,7 @@ impl Scene {
                 morph(mesh, weights, out);
                 if let (Some(skin), Some(chain)) = (instance.skin, &derived.chains[i]) {
                     let skin = &self.skins[skin];
-                    let palette = joint_matrices(chain, &skin.inverse_bind, locals);
+                    let palette = joint_matrices(chain, &skin.inverse_bind, locals, mesh.origin);
                     skin_vertices(mesh, &palette, out);
                 }
             });
@@ -228,7 +308,13 @@ fn morph(mesh: &Mesh, weights: &[f32], out: &mut Deformed) {
 
 /// Joint matrices in the space of the skin's frame. Only the chain below the frame enters, so that
 /// a figure that is carried along keeps its vertices bit for bit.
-fn joint_matrices(chain: &JointChain, inverse_bind: &[Mat4], locals: &Locals) -> Vec<Affine3A> {
+/// `origin` is that of the mesh.
+fn joint_matrices(
+    chain: &JointChain,
+    inverse_bind: &[Mat4],
+    locals: &Locals,
+    origin: Vec3,
+) -> Vec<Affine3A> {
     let mut frame_from: Vec<Affine3A> = Vec::with_capacity(chain.nodes.len());
     for (node, parent) in &chain.nodes {
         let local = locals.from_local[*node];
@@ -244,6 +330,12 @@ fn joint_matrices(chain: &JointChain, inverse_bind: &[Mat4], locals: &Locals) ->
         .map(|(i, at)| match inverse_bind.get(i) {
             Some(bind) => frame_from[*at] * affine(bind),
             None => frame_from[*at],
+        })
+        .map(|joint| match origin {
+            Vec3::ZERO => joint,
+            _ => {
+                (joint.as_daffine3() * DAffine3::from_translation(origin.as_dvec3())).as_affine3a()
+            }
         })
         .collect()
 }
