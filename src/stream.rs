@@ -60,8 +60,21 @@ pub struct Report {
     pub seed: u64,
     pub frames: usize,
     pub fps: f64,
+    /// Metres across the scene that the lengths below were chosen for, and their factor in a scene of
+    /// 4 to 40 m.
+    pub scene_size: f32,
+    pub length_scale: f32,
+    /// World space counts from here in the coordinates of the file.
+    pub origin: [f64; 3],
     /// Candidates per square metre, before thinning.
     pub density: f32,
+    /// Of all meshes, the lowest and the highest.
+    pub lowest_density: f32,
+    pub highest_density: f32,
+    /// Length of the occlusion rays in metres.
+    pub distance: f32,
+    /// Near plane in metres of cameras that the scene does not define.
+    pub near_plane: f32,
     pub candidates: usize,
     pub points: usize,
     /// Interpolation radius in metres.
@@ -245,6 +258,10 @@ impl<'s> Stream<'s> {
     ) -> Result<Self> {
         let mut report = Report {
             scene: scene.name.clone(),
+            scene_size: scene.size(),
+            length_scale: scene.length_scale(),
+            origin: scene.origin.to_array(),
+            near_plane: scene.near_plane(),
             fps: job.rate.hz(),
             keyframe_interval: job.keyframe_interval,
             startup_s: startup_time.as_secs_f64(),
@@ -253,6 +270,7 @@ impl<'s> Stream<'s> {
         if let Some(options) = &job.points {
             report.seed = options.seed;
             report.density = options.density.candidates;
+            report.distance = options.distance;
             report.radius = options.density.radius();
         }
         if let Some((content, startup)) = &points {
@@ -260,6 +278,9 @@ impl<'s> Stream<'s> {
             let tracks = server.tracks();
             report.candidates = tracks.iter().map(Track::candidates).sum();
             report.points = tracks.iter().map(Track::points).sum();
+            let densities = || tracks.iter().map(|t| t.density().candidates);
+            report.lowest_density = densities().reduce(f32::min).unwrap_or_default();
+            report.highest_density = densities().fold(0.0, f32::max);
             report.buckets = tracks.iter().map(|t| t.store.buckets().len()).sum();
             report.rays_startup = startup.rays;
             report.placing_s = server.placing_time().as_secs_f64();

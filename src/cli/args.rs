@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::inputs;
 use super::limits::LimitArgs;
 use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
+use crate::points::server::hidden::MIN_AO;
 use crate::render::MAX_SIDE;
 use crate::scene::{LoadOptions, Scene};
-use crate::trace::Aabb;
 use crate::{Error, Result};
 
 /// Which scene, seen from where, when, and how large.
@@ -35,14 +35,14 @@ pub struct ViewArgs {
     /// where it has none.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["eye", "target"])]
     pub camera: Option<String>,
-    /// Look from here, in metres, instead of a camera of the scene.
+    /// Look from here, in the file's metres, instead of a camera of the scene.
     #[arg(long, value_name = "X,Y,Z", requires = "target", value_parser = vector,
         allow_hyphen_values = true)]
-    pub eye: Option<Vec3>,
+    pub eye: Option<DVec3>,
     /// Look at this point.
     #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = vector,
         allow_hyphen_values = true)]
-    pub target: Option<Vec3>,
+    pub target: Option<DVec3>,
     /// Width and height of pictures in pixels.
     #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
     pub size: (u32, u32),
@@ -70,9 +70,10 @@ pub struct EncodeArgs {
     pub model: Vec<Model>,
     #[command(flatten)]
     pub probes: ProbesArgs,
-    /// Points per square metre before thinning (N of the paper).
-    #[arg(long, value_name = "N", default_value = "1024", value_parser = density)]
-    pub density: f64,
+    /// Points per square metre before thinning (N of the paper). If not given: 1024 in scenes of 4 to
+    /// 40 m, more in smaller ones and on small objects, fewer in larger ones.
+    #[arg(long, value_name = "N", value_parser = density)]
+    pub density: Option<f64>,
     /// Points generated for each one that is kept.
     #[arg(long, value_name = "RATIO", default_value = "2.0", value_parser = thinning)]
     pub thinning: f64,
@@ -80,9 +81,10 @@ pub struct EncodeArgs {
     #[arg(long, value_name = "COUNT", default_value = "128",
         value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub rays: u32,
-    /// Length of an occlusion ray in metres.
-    #[arg(long, value_name = "M", default_value = "0.6", value_parser = distance)]
-    pub distance: f32,
+    /// Length of an occlusion ray in metres. If not given: 0.6 in scenes of 4 to 40 m, in proportion
+    /// in smaller and larger ones.
+    #[arg(long, value_name = "M", value_parser = distance)]
+    pub distance: Option<f32>,
     /// Smallest change of AO that is sent, in steps of 1/255; 0 sends every change.
     #[arg(long, value_name = "STEPS", default_value = "4")]
     pub threshold: u8,
@@ -118,10 +120,10 @@ pub struct EncodeArgs {
     /// Space of a skinned mesh's points and grid.
     #[arg(long, default_value = "posed")]
     pub space: Space,
-    /// Leave out points whose AO is below so many steps of 1/255, for as long as it is: 1 for those
-    /// that no ray leaves, 0 to keep all, as in the paper.
-    #[arg(long, value_name = "STEPS", default_value = "1")]
-    pub bury_below: u8,
+    /// Leave out points whose AO is below so many steps of 1/255 for as long as it is, and those that
+    /// close surfaces hide; 0 keeps all, as in the paper.
+    #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, alias = "bury-below")]
+    pub min_ao: u8,
     /// What becomes of points that do not fit into a cell of seven.
     #[arg(long, default_value = "chain")]
     pub overflow: Overflow,
@@ -137,7 +139,7 @@ pub struct ProbesArgs {
     pub probes: [u16; 3],
     /// Smallest and largest corner of the box of probes, in metres; fitted to the scene if not given.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = volume, allow_hyphen_values = true)]
-    pub volume: Option<Aabb>,
+    pub volume: Option<(DVec3, DVec3)>,
     /// Paths a probe and frame.
     #[arg(long, value_name = "COUNT", default_value = "256",
         value_parser = clap::value_parser!(u32).range(1..=65_536))]
@@ -295,7 +297,7 @@ impl ViewArgs {
     }
 
     /// `--eye` and `--target`.
-    pub fn look(&self) -> Option<(Vec3, Vec3)> {
+    pub fn look(&self) -> Option<(DVec3, DVec3)> {
         self.eye.zip(self.target)
     }
 }
@@ -413,8 +415,8 @@ fn compression(text: &str) -> Parsed<Compression> {
 pub fn density(text: &str) -> Parsed<f64> {
     number(
         text,
-        1e-6..=1e6,
-        "points per square metre from 0.000001 to 1000000",
+        1e-12..=1e12,
+        "points per square metre from 1e-12 to 1e12",
     )
 }
 
@@ -423,7 +425,7 @@ fn thinning(text: &str) -> Parsed<f64> {
 }
 
 pub fn distance(text: &str) -> Parsed<f32> {
-    number(text, 1e-4..=1e4, "metres from 0.0001 to 10000").map(|v| v as f32)
+    number(text, 1e-7..=1e7, "metres from 0.0000001 to 10000000").map(|v| v as f32)
 }
 
 fn margin(text: &str) -> Parsed<f32> {
@@ -438,32 +440,28 @@ fn seconds(text: &str) -> Parsed<f64> {
     number(text, 0.0..=1e6, "seconds from 0 to 1000000")
 }
 
-fn vector(text: &str) -> Parsed<Vec3> {
-    let wanted = "three numbers in metres within a million, such as 1,1.7,-4.5";
-    let parts: Vec<f64> = text
-        .split(',')
-        .map(|part| number(part, -1e6..=1e6, wanted))
-        .collect::<Parsed<_>>()?;
-    match parts[..] {
-        [x, y, z] => Ok(Vec3::new(x as f32, y as f32, z as f32)),
-        _ => Err(format!("expected {wanted}")),
-    }
+/// Largest coordinate that is taken, in metres.
+const FARTHEST: f64 = 1e12;
+
+fn vector(text: &str) -> Parsed<DVec3> {
+    let wanted = "three numbers in metres, such as 1,1.7,-4.5";
+    Ok(numbers(text, FARTHEST, wanted)?.into())
 }
 
-fn numbers<const N: usize>(text: &str, wanted: &str) -> Parsed<[f32; N]> {
-    let parts: Vec<f32> = text
+fn numbers<const N: usize>(text: &str, most: f64, wanted: &str) -> Parsed<[f64; N]> {
+    let parts: Vec<f64> = text
         .split(',')
-        .map(|part| Ok(number(part, -1e6..=1e6, wanted)? as f32))
+        .map(|part| number(part, -most..=most, wanted))
         .collect::<Parsed<_>>()?;
     parts.try_into().map_err(|_| format!("expected {wanted}"))
 }
 
-fn volume(text: &str) -> Parsed<Aabb> {
-    let wanted = "six numbers in metres within a million, the smallest corner first";
-    let [a, b, c, d, e, f] = numbers(text, wanted)?;
-    let (min, max) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+fn volume(text: &str) -> Parsed<(DVec3, DVec3)> {
+    let wanted = "six numbers in metres, the smallest corner first";
+    let [a, b, c, d, e, f] = numbers(text, FARTHEST, wanted)?;
+    let (min, max) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
     if min.cmple(max).all() {
-        Ok(Aabb { min, max })
+        Ok((min, max))
     } else {
         Err(format!("expected {wanted}"))
     }
@@ -471,9 +469,9 @@ fn volume(text: &str) -> Parsed<Aabb> {
 
 fn radiance(text: &str) -> Parsed<Vec3> {
     let wanted = "three numbers from 0 to a million, such as 0.5,0.6,0.8";
-    let rgb: [f32; 3] = numbers(text, wanted)?;
+    let rgb: [f64; 3] = numbers(text, 1e6, wanted)?;
     match rgb.iter().all(|c| *c >= 0.0) {
-        true => Ok(Vec3::from(rgb)),
+        true => Ok(Vec3::from(rgb.map(|c| c as f32))),
         false => Err(format!("expected {wanted}")),
     }
 }
@@ -554,7 +552,7 @@ mod tests {
         let e = &all.encode;
         assert_eq!(
             (e.density, e.thinning, e.rays, e.distance),
-            (1024.0, 2.0, 128, 0.6)
+            (None, 2.0, 128, None)
         );
         assert_eq!(
             (e.threshold, e.compression, e.fps.hz()),
@@ -589,7 +587,7 @@ mod tests {
         )
         .expect("parsed");
         let (eye, target) = all.scene.view.look().expect("a view");
-        assert_eq!((eye, target), (Vec3::new(-1.0, 2.0, -3.5), Vec3::ZERO));
+        assert_eq!((eye, target), (DVec3::new(-1.0, 2.0, -3.5), DVec3::ZERO));
         assert!((all.scene.view.seconds(all.encode.fps) - 1.001).abs() < 1e-12);
         assert_eq!(all.encode.fps.to_string(), "30000/1001");
         assert_eq!(

@@ -11,7 +11,7 @@ use crate::limits::check_tracks;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
 use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
 use crate::measure::metrics::{self, Difference};
-use crate::measure::reference::{RAYS, Reference};
+use crate::measure::reference::{RAYS, Reference, Score};
 use crate::measure::report::{Report, Section, save, write};
 use crate::measure::table::{Table, Value};
 use crate::points::content::declarations;
@@ -34,9 +34,10 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     encode: EncodeArgs,
-    /// Densities to measure, before thinning, instead of the one of --density.
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "64,256,1024",
-        value_parser = super::args::density, conflicts_with = "density")]
+    /// Densities to measure, before thinning, instead of the one of --density; if neither is given: a
+    /// sixteenth and a quarter of the density that suits the scene, and that.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::args::density,
+        conflicts_with = "density")]
     densities: Vec<f64>,
     /// Cameras to measure; all of the scene's if not given.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',',
@@ -72,6 +73,26 @@ pub struct Args {
     output: PathBuf,
 }
 
+/// Columns of the table.
+const COLUMNS: [&str; 16] = [
+    "N (1/m2)",
+    "server (Hz)",
+    "camera",
+    "points",
+    "steady (Mbit/s)",
+    "start-up (MB)",
+    "PSNR (dB)",
+    "SSIM",
+    "FLIP",
+    "AO PSNR (dB)",
+    "AO rmse",
+    "reference noise",
+    "no point in reach (%)",
+    "changed a frame",
+    "rays a frame",
+    "tick (ms)",
+];
+
 /// One row: a density at a server rate, seen by one camera.
 #[derive(Serialize)]
 struct Row {
@@ -105,15 +126,20 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     let scene = args.scene.open(true)?;
     files::create_folder(&args.output)?;
-    let points = args.encode.options(args.scene.view.aspect());
     let job = args.encode.job(&scene, &args.scene.view)?;
-    let mut renderer = Renderer::new(&scene, Backend::Auto)?;
-    let seats = seats(args, &scene, &job, &mut renderer)?;
-
-    let densities = match given.has("density") {
-        true => &vec![args.encode.density],
-        false => &args.densities,
+    let points = job
+        .points
+        .unwrap_or_else(|| args.encode.options(&scene, args.scene.view.aspect()));
+    let densities: Vec<f32> = match args.densities[..] {
+        [] if args.encode.density.is_some() => vec![points.density.candidates],
+        [] => [16.0, 4.0, 1.0]
+            .map(|share| points.density.candidates / share)
+            .into(),
+        _ => args.densities.iter().map(|&d| d as f32).collect(),
     };
+    let mut renderer = Renderer::new(&scene, Backend::Auto)?;
+    let seats = seats(args, &scene, &job, points.distance, &mut renderer)?;
+
     let mut rates = vec![args.encode.fps];
     rates.extend(args.server_rates.iter().filter(|r| **r != args.encode.fps));
     let bar = Progress::new(
@@ -121,8 +147,9 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         (densities.len() * seats.len() * rates.len()) as u64,
     );
     let mut rows: Vec<Row> = Vec::new();
-    for density in densities.iter().map(|&d| d as f32) {
+    for density in densities {
         let options = Options {
+            fitted: points.fitted && args.densities.is_empty(),
             density: Density {
                 candidates: density,
                 ..points.density
@@ -167,16 +194,22 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
                 // What is measured so far survives an interruption.
                 save(
                     &args.output.join("table.csv"),
-                    &table(&scene.name, &rows, None).to_csv(),
+                    &table(&scene.name, &rows, &[]).to_csv(),
                 )?;
             }
         }
     }
     drop(bar);
 
-    let open = without_ao(&seats)?;
-    let table = table(&scene.name, &rows, Some(open));
-    let charts = charts(&rows, open);
+    let open: Vec<(String, WithoutAo)> = seats
+        .iter()
+        .map(|seat| Ok((seat.name.clone(), without_ao(&seat.references)?)))
+        .collect::<Result<_>>()?;
+    for sentence in worse_than_none(&rows, &open) {
+        output::warn(&format!("{}: {sentence}", scene.name));
+    }
+    let table = table(&scene.name, &rows, &open);
+    let charts = charts(&rows, &open);
     save(&args.output.join("table.csv"), &table.to_csv())?;
     save(&args.output.join("table.md"), &markdown(&table))?;
     for (chart, name) in charts.iter().zip(["rate", "time"]) {
@@ -208,7 +241,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Result<Vec<Seat>> {
+fn seats(
+    args: &Args,
+    scene: &Scene,
+    job: &Job,
+    distance: f32,
+    renderer: &mut Renderer,
+) -> Result<Vec<Seat>> {
     let names: Vec<String> = if !args.cameras.is_empty() {
         args.cameras.clone()
     } else if args.scene.view.look().is_some() || scene.cameras.is_empty() {
@@ -223,7 +262,7 @@ fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Resu
         width,
         height,
         rays: RAYS,
-        distance: args.encode.distance,
+        distance,
         seed: 1,
     };
     let length = job.frames as f64 / args.encode.fps.hz();
@@ -243,9 +282,10 @@ fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Resu
             let frames = (0..args.scored).map(|k| (k as f64 + 0.5) / args.scored as f64);
             // On frames of the display.
             let fps = args.encode.fps.hz();
-            let times: Vec<f64> = frames
+            let mut times: Vec<f64> = frames
                 .map(|at| job.start + (at * length * fps).floor() / fps)
                 .collect();
+            times.dedup();
             let references = references(scene, renderer, view, &times, quality, || bar.step(1))?;
             let name = if name.is_empty() {
                 "framing".into()
@@ -261,69 +301,118 @@ fn seats(args: &Args, scene: &Scene, job: &Job, renderer: &mut Renderer) -> Resu
         .collect()
 }
 
-/// The score of no AO at all, over all references: the floor that a method has to clear.
-fn without_ao(seats: &[Seat]) -> Result<Difference> {
-    let mut all = Vec::new();
-    for reference in seats.iter().flat_map(|s| &s.references) {
-        all.push(reference.score(&vec![1.0; reference.ao.len()])?.picture);
-    }
-    metrics::mean(&all).ok_or_else(|| Error::Invalid("no frame was scored".into()))
+/// The score of no AO at all, pictures and AO: the floor that a method has to clear.
+struct WithoutAo {
+    picture: Difference,
+    ao: Difference,
 }
 
-fn table(scene: &str, rows: &[Row], open: Option<Difference>) -> Table {
-    let columns = [
-        "N (1/m2)",
-        "server (Hz)",
-        "camera",
-        "points",
-        "steady (Mbit/s)",
-        "start-up (MB)",
-        "PSNR (dB)",
-        "SSIM",
-        "FLIP",
-        "AO rmse",
-        "reference noise",
-        "no point in reach (%)",
-        "changed a frame",
-        "rays a frame",
-        "tick (ms)",
-    ];
-    let rows = rows
+/// [`WithoutAo`] of what one camera sees.
+fn without_ao(references: &[Reference]) -> Result<WithoutAo> {
+    let scores: Vec<Score> = references
         .iter()
-        .map(|row| {
-            let (e, s) = (&row.evaluation, &row.evaluation.stream);
-            let ticks = s.ticks();
-            vec![
-                Value::Number(row.density as f64, 0),
-                Value::Number(row.server_fps, 0),
-                Value::Text(row.camera.clone()),
-                Value::Count(s.points as u64),
-                Value::Number(s.mbps_steady, 2),
-                Value::Number(s.bytes_startup as f64 * 1e-6, 2),
-                Value::Number(e.picture.psnr, 2),
-                Value::number(e.picture.ssim, 4),
-                Value::Number(e.picture.flip, 4),
-                Value::Number(e.ao.rmse, 4),
-                Value::Number(e.reference_noise, 4),
-                Value::Number(100.0 * e.without_point, 3),
-                Value::Count((s.changed_points / ticks) as u64),
-                Value::Count(s.rays / ticks as u64),
-                Value::Number(s.stage_ms.total(), 1),
-            ]
-        })
-        .collect();
+        .map(|r| r.score(&vec![1.0; r.ao.len()]))
+        .collect::<Result<_>>()?;
+    let mean = |of: fn(&Score) -> Difference| {
+        metrics::mean(&scores.iter().map(of).collect::<Vec<_>>())
+            .ok_or_else(|| Error::Invalid("no frame was scored".into()))
+    };
+    Ok(WithoutAo {
+        picture: mean(|s| s.picture)?,
+        ao: mean(|s| s.ao)?,
+    })
+}
+
+/// A sentence for every row that is worse than no AO at all, in the picture or in the AO.
+fn worse_than_none(rows: &[Row], open: &[(String, WithoutAo)]) -> Vec<String> {
+    let mut all = Vec::new();
+    for row in rows {
+        let Some((_, open)) = open.iter().find(|(camera, _)| *camera == row.camera) else {
+            continue;
+        };
+        let (picture, ao) = (row.evaluation.picture, row.evaluation.ao);
+        for (what, unit, got, without) in [
+            ("PSNR of AO", " dB", ao.psnr, open.ao.psnr),
+            (
+                "PSNR of the picture",
+                " dB",
+                picture.psnr,
+                open.picture.psnr,
+            ),
+            (
+                "SSIM of the picture",
+                "",
+                picture.ssim.unwrap_or(f64::NAN),
+                open.picture.ssim.unwrap_or(f64::NAN),
+            ),
+        ] {
+            if got < without {
+                all.push(format!(
+                    "worse than no AO: at {} points per m2, camera {}, the {what} is {got:.3}{unit}, and \
+                     {without:.3}{unit} without AO; raise the density",
+                    row.density, row.camera
+                ));
+            }
+        }
+    }
+    all
+}
+
+fn table(scene: &str, rows: &[Row], open: &[(String, WithoutAo)]) -> Table {
+    let measured = rows.iter().map(|row| {
+        let (e, s) = (&row.evaluation, &row.evaluation.stream);
+        let ticks = s.ticks();
+        vec![
+            Value::Number(row.density as f64, 0),
+            Value::Number(row.server_fps, 0),
+            Value::Text(row.camera.clone()),
+            Value::Count(s.points as u64),
+            Value::Number(s.mbps_steady, 2),
+            Value::Number(s.bytes_startup as f64 * 1e-6, 2),
+            Value::Number(e.picture.psnr, 2),
+            Value::number(e.picture.ssim, 4),
+            Value::Number(e.picture.flip, 4),
+            Value::Number(e.ao.psnr, 2),
+            Value::Number(e.ao.rmse, 4),
+            Value::Number(e.reference_noise, 4),
+            Value::Number(100.0 * e.without_point, 3),
+            Value::Count((s.changed_points / ticks) as u64),
+            Value::Count(s.rays / ticks as u64),
+            Value::Number(s.stage_ms.total(), 1),
+        ]
+    });
+    let without = open
+        .iter()
+        .map(|(camera, open)| row_without_ao(camera, open));
     Table {
         title: scene.into(),
-        columns: columns.map(String::from).to_vec(),
-        rows,
-        note: open.map_or(String::new(), |o| {
-            format!("Without AO: PSNR {:.2} dB, FLIP {:.4}.", o.psnr, o.flip)
-        }),
+        columns: COLUMNS.map(String::from).to_vec(),
+        rows: measured.chain(without).collect(),
+        note: String::new(),
     }
+}
+
+/// A row of the table for each camera: the same frames with AO = 1.
+fn row_without_ao(camera: &str, open: &WithoutAo) -> Vec<Value> {
+    let mut row = vec![
+        Value::Text("no AO".into()),
+        Value::Missing,
+        Value::Text(camera.into()),
+        Value::Missing,
+        Value::Missing,
+        Value::Missing,
+        Value::Number(open.picture.psnr, 2),
+        Value::number(open.picture.ssim, 4),
+        Value::Number(open.picture.flip, 4),
+        Value::Number(open.ao.psnr, 2),
+        Value::Number(open.ao.rmse, 4),
+    ];
+    row.resize_with(COLUMNS.len(), || Value::Missing);
+    row
 }
 
 /// PSNR over rate and over server time, a curve a camera and server rate.
-fn charts(rows: &[Row], open: Difference) -> Vec<Chart> {
+fn charts(rows: &[Row], open: &[(String, WithoutAo)]) -> Vec<Chart> {
     let chart = |title: &str, label: &str, x: &dyn Fn(&Row) -> f64| {
         let mut series: Vec<Series> = Vec::new();
         for row in rows {
@@ -353,10 +442,13 @@ fn charts(rows: &[Row], open: Difference) -> Vec<Chart> {
                 log: false,
             },
             series,
-            levels: vec![Level {
-                name: "without AO".into(),
-                y: open.psnr,
-            }],
+            levels: open
+                .iter()
+                .map(|(camera, open)| Level {
+                    name: format!("{camera}, no AO"),
+                    y: open.picture.psnr,
+                })
+                .collect(),
         }
     };
     vec![

@@ -76,8 +76,10 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         frames: Some(args.encode.frames.unwrap_or(FRAMES)),
         ..args.encode.clone()
     };
-    let options = encode.options(args.view.aspect());
     let job = encode.job(&scene, &args.view)?;
+    let options = job
+        .points
+        .unwrap_or_else(|| encode.options(&scene, args.view.aspect()));
     files::create_folder(&args.out)?;
     let (width, height) = args.view.size;
     let quality = Quality {

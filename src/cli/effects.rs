@@ -45,7 +45,7 @@ const POINTS_OPTIONS: &[&str] = &[
     "threshold",
     "width",
     "space",
-    "bury_below",
+    "min_ao",
     "overflow",
     "no_visibility",
     "budget",

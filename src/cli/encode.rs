@@ -79,7 +79,13 @@ fn summary(args: &Args, report: &Report) -> String {
     );
     if args.encode.model.contains(&Model::Points) {
         text += &format!(
-            "{} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
+            "{:.4} candidates per m2 ({:.4} to {:.4}), AO distance {:.4} m, in a scene {:.3} m across\n\
+             {} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
+            report.density,
+            report.lowest_density,
+            report.highest_density,
+            report.distance,
+            report.scene_size,
             grouped(report.points as u64),
             grouped(report.cells as u64),
             grouped(report.dropped_points),

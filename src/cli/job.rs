@@ -10,8 +10,9 @@ use crate::probes;
 use crate::probes::content::{Packing, Request};
 use crate::probes::server::{Hysteresis, Inside};
 use crate::scene::Scene;
-use crate::scene::camera::{DEFAULT_YFOV, look_at};
+use crate::scene::camera::DEFAULT_YFOV;
 use crate::stream::{Job, Stream, View};
+use crate::trace::Aabb;
 use crate::trace::path::Sky;
 use crate::{Error, Result};
 
@@ -25,7 +26,8 @@ impl ViewArgs {
     /// `Invalid` for a camera that the scene does not have.
     pub fn view(&self, scene: &Scene) -> Result<View> {
         if let Some((eye, target)) = self.look() {
-            return Ok(View::Fixed(look_at(eye, target, DEFAULT_YFOV)));
+            let [eye, target] = [eye, target].map(|at| (at - scene.origin).as_vec3());
+            return Ok(View::Fixed(scene.look_at(eye, target, DEFAULT_YFOV)));
         }
         Ok(
             match scene.find_camera(self.camera.as_deref().unwrap_or(""))? {
@@ -57,15 +59,18 @@ impl EncodeArgs {
         active.map(|(_, choice)| *choice).collect()
     }
 
-    /// The server's options.
-    pub fn options(&self, aspect: f32) -> Options {
+    /// The server's options for a scene, and for its whole animation.
+    pub fn options(&self, scene: &Scene, aspect: f32) -> Options {
+        let fitted = Options::for_scene(scene);
         Options {
             density: Density {
-                candidates: self.density as f32,
+                candidates: self.density.map_or(fitted.density.candidates, |d| d as f32),
                 thinning: self.thinning as f32,
             },
+            fitted: self.density.is_none(),
+            span: fitted.span,
             rays: self.rays,
-            distance: self.distance,
+            distance: self.distance.unwrap_or(fitted.distance),
             threshold: self.threshold as f32 / 255.0,
             widths: self.width.widths(),
             overflow: match self.overflow {
@@ -76,7 +81,7 @@ impl EncodeArgs {
                 args::Space::Posed => Space::Posed,
                 args::Space::Rest => Space::Rest,
             },
-            bury_below: self.bury_below,
+            min_ao: self.min_ao,
             seed: self.seed as u64,
             visibility: !self.no_visibility,
             margin: self.fov_margin.to_radians(),
@@ -98,17 +103,19 @@ impl EncodeArgs {
                 scene.name, scene.duration
             )));
         }
+        let frames = self.frames.map_or(whole as usize, |f| f as usize);
+        let points = self.model.contains(&Model::Points).then(|| Options {
+            span: frames as f64 / self.fps.hz(),
+            ..self.options(scene, view.aspect())
+        });
         Ok(Job {
-            points: self
-                .model
-                .contains(&Model::Points)
-                .then(|| self.options(view.aspect())),
+            points,
             probes: self
                 .model
                 .contains(&Model::Probes)
-                .then(|| self.probes.request(self.seed)),
+                .then(|| self.probes.request(scene, self.seed)),
             view: view.view(scene)?,
-            frames: self.frames.map_or(whole as usize, |f| f as usize),
+            frames,
             rate,
             // Frames lie on ticks: a stream can say no other time.
             start: (view.seconds(self.fps) * self.fps.hz()).round() / self.fps.hz(),
@@ -121,10 +128,13 @@ impl EncodeArgs {
 
 impl ProbesArgs {
     /// What is asked of the model `probes`.
-    pub fn request(&self, seed: u32) -> Request {
+    pub fn request(&self, scene: &Scene, seed: u32) -> Request {
         Request {
             dims: self.probes,
-            bounds: self.volume,
+            bounds: self.volume.map(|(min, max)| Aabb {
+                min: (min - scene.origin).as_vec3(),
+                max: (max - scene.origin).as_vec3(),
+            }),
             server: probes::server::Options {
                 samples: self.samples,
                 hysteresis: match self.adaptive {
@@ -158,6 +168,18 @@ impl SceneArgs {
         let scene = self.load(colors)?;
         for warning in &scene.warnings {
             output::warn(&format!("{}: {warning}", scene.name));
+        }
+        if scene.length_scale() != 1.0 {
+            let fitted = Options::for_scene(&scene);
+            output::warn(&format!(
+                "{}: it is {:.3} m across, and these suit it: --density {:.4}, --distance {:.4}, near \
+                 plane {:.4} m",
+                scene.name,
+                scene.size(),
+                fitted.density.candidates,
+                fitted.distance,
+                scene.near_plane(),
+            ));
         }
         Ok(scene)
     }

@@ -12,6 +12,7 @@ use super::output::{self, Sink};
 use crate::files;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
 use crate::points::sample::Fallback;
+use crate::points::server::Options;
 use crate::render::gbuffer::Lookup;
 use crate::render::{Backend, Picture, Renderer, composite};
 use crate::scene::{CameraPose, Pose, Scene};
@@ -47,9 +48,9 @@ pub struct Args {
     /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
     #[arg(long, value_name = "RATE")]
     fps: Option<Rate>,
-    /// Length of the reference's occlusion rays in metres.
-    #[arg(long, value_name = "M", default_value = "0.6", value_parser = args::distance)]
-    distance: f32,
+    /// Length of the reference's occlusion rays in metres; as `encode` has it if not given.
+    #[arg(long, value_name = "M", value_parser = args::distance)]
+    distance: Option<f32>,
     /// Rays a pixel of the reference.
     #[arg(long, value_name = "COUNT", default_value_t = RAYS,
         value_parser = clap::value_parser!(u32).range(2..=65_536))]
@@ -210,7 +211,9 @@ fn drawn(
         (Method::Rtao, _) => {
             let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
             let tracer = Tracer::new(scene, pose);
-            let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, args.distance, 0);
+            let fitted = || Options::for_scene(scene).distance;
+            let distance = args.distance.unwrap_or_else(fitted);
+            let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, distance, 0);
             (frame, mean_of_halves(&a, &b))
         }
         _ => {

@@ -1,22 +1,23 @@
 //! The virtual grid of a mesh instance and its hash (PSAO §3.2).
 
 use crate::codec::points::{BUCKET_ENTRIES, Grid, PointWidths};
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Affine3A, DMat3, DVec3, Mat3, Vec3};
+
+/// Scales below this share of the largest flatten.
+const FLAT: f64 = 1e-6;
 
 /// Splits the linear part of a transform into `(rotation, scale)` with `linear = rotation * scale`:
 /// grid space keeps the scale, so that r stays isotropic, and loses rotation and translation.
-/// Polar decomposition by Newton's iteration (Higham 1986). `None` when the transform is singular.
+/// Polar decomposition by Newton's iteration (Higham 1986). A transform that flattens has a scale that
+/// does; `None` for one that leaves a line or a point, or is not finite.
 pub fn split(world_from_mesh: &Affine3A) -> Option<(Mat3, Mat3)> {
     let linear = Mat3::from(world_from_mesh.matrix3).as_dmat3();
-    let size = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
-    if !size.is_finite() || linear.determinant().abs() <= 1e-9 * size {
-        return None;
-    }
+    let regular = regular(&linear)?;
     // A reflection belongs to the scale.
-    let mut rotation = if linear.determinant() < 0.0 {
-        linear * -1.0
+    let mut rotation = if regular.determinant() < 0.0 {
+        regular * -1.0
     } else {
-        linear
+        regular
     };
     for _ in 0..64 {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
@@ -31,6 +32,50 @@ pub fn split(world_from_mesh: &Affine3A) -> Option<(Mat3, Mat3)> {
     }
     let scale = rotation.transpose() * linear;
     Some((rotation.as_mat3(), scale.as_mat3()))
+}
+
+/// The scale of [`split`], with something in the place of a direction that it flattens.
+pub fn invertible(scale: Mat3) -> Mat3 {
+    regular(&scale.as_dmat3())
+        .unwrap_or(DMat3::IDENTITY)
+        .as_mat3()
+}
+
+/// The matrix, or one that maps the direction that it flattens to the normal of its plane. `None`
+/// where it leaves a line or a point.
+fn regular(m: &DMat3) -> Option<DMat3> {
+    let size = m
+        .x_axis
+        .length()
+        .max(m.y_axis.length())
+        .max(m.z_axis.length());
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let unit = *m * (1.0 / size);
+    // The largest cross product of two columns, or of two rows: a normal of what they span.
+    let normal = |m: &DMat3| -> DVec3 {
+        let all = [m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis)];
+        all.into_iter().fold(m.x_axis.cross(m.y_axis), |a, b| {
+            if b.length_squared() > a.length_squared() {
+                b
+            } else {
+                a
+            }
+        })
+    };
+    let (onto, from) = (normal(&unit), normal(&unit.transpose()));
+    if onto.length() <= FLAT {
+        return None;
+    }
+    if unit.determinant().abs() > FLAT * onto.length() {
+        return Some(*m);
+    }
+    let (onto, from) = (onto.normalize(), from.normalize());
+    let lifted = DMat3::from_cols(onto * from.x, onto * from.y, onto * from.z);
+    // Either normal of the plane will do: the one that makes no mirror.
+    let mirrors = (unit + lifted).determinant() < 0.0;
+    Some(*m + lifted * if mirrors { -size } else { size })
 }
 
 /// What a grid has to hold: bounds of all points it may ever see, in scaled mesh space.
@@ -70,6 +115,13 @@ pub fn lay(extent: Extent, scale: Mat3, radius: f32, widths: PointWidths) -> Opt
         bucket_count: 1,
         cell_capacity: 0,
     })
+}
+
+/// Whether [`lay`] can lay a grid over points that reach so far along each axis, with room for poses
+/// that reach farther.
+pub fn fits(size: Vec3, radius: f32) -> bool {
+    let cells = size.as_dvec3() * 1.2 / f64::from(2.0 * radius) + 4.0;
+    cells.max_element() < f64::from(u16::MAX) && cells.element_product() < f64::from(u32::MAX)
 }
 
 /// Grid cell of a position in grid space, or `None` outside the grid.
@@ -157,8 +209,29 @@ mod tests {
                 .distance(transform.transform_point3(b));
             assert!((s * (a - b)).length() / world - 1.0 < 1e-5);
         }
-        assert!(split(&Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0))).is_none());
+        assert!(split(&Affine3A::from_scale(Vec3::new(1.0, 0.0, 0.0))).is_none());
+        assert!(split(&Affine3A::from_scale(Vec3::ZERO)).is_none());
         assert!(split(&Affine3A::from_scale(Vec3::splat(f32::NAN))).is_none());
+    }
+
+    #[test]
+    fn split_flattens_where_the_transform_does() {
+        let rotation = Quat::from_euler(glam::EulerRot::XYZ, 0.3, -1.2, 2.0);
+        for scale in [
+            Vec3::new(2.0, 0.0, 3.0),
+            Vec3::new(0.0, 1e-3, 1e-3),
+            Vec3::new(5.0, 5.0, 1e-9),
+        ] {
+            let transform = Affine3A::from_scale_rotation_translation(scale, rotation, Vec3::X);
+            let (r, s) = split(&transform).expect("a plane is left");
+            assert!((r.determinant() - 1.0).abs() < 1e-5);
+            let size = scale.max_element();
+            assert!((r * s).abs_diff_eq(Mat3::from(transform.matrix3), 1e-5 * size));
+            assert!(
+                s.abs_diff_eq(Mat3::from_diagonal(scale), 1e-5 * size),
+                "{s}"
+            );
+        }
     }
 
     #[test]

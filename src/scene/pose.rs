@@ -185,7 +185,10 @@ impl Scene {
         }
         keys.retain(|key| {
             let inside = (0.0..=duration).contains(key);
-            inside && (span >= duration || (key - time).rem_euclid(duration) <= span)
+            // The last key is shown at the animation's end, not when it starts again.
+            let after = key - time.rem_euclid(duration);
+            let after = if after < 0.0 { after + duration } else { after };
+            inside && (span >= duration || after <= span)
         });
         if span < duration {
             keys.push((time + span).rem_euclid(duration));

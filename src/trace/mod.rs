@@ -8,7 +8,8 @@
 //! - [`blas`] is a mesh: triangles in [`packet`]s under an eight-wide hierarchy ([`wide`], made by
 //!   [`build`]). Skinned and morphed instances have one of their own, which is refitted.
 //! - [`placed`] is an instance: rays go into mesh space with their direction unnormalised, so that
-//!   distances stay metres. Moving instances only rebuild the hierarchy over the instances.
+//!   distances stay metres. Moving instances only rebuild the hierarchy over the instances. One that
+//!   is flattened, which no ray can be carried back through, has a mesh of its own as it is placed.
 //! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
 //! - [`instructions`] is where the processor's vectors come in.
 //! - [`offset`] and [`sampler`] say where rays start and where they go.
@@ -148,15 +149,17 @@ impl<'s> Tracer<'s> {
                     .unwrap_or(Affine3A::ZERO);
                 let moved = *transform != now;
                 *transform = now;
-                let now = pose
-                    .deformed
-                    .get(i)
-                    .and_then(|d| d.as_ref())
-                    .map(|d| &d.positions);
+                let number = scene.instances[i].mesh;
+                let posed = pose.deformed.get(i).and_then(|d| d.as_ref());
+                let flat = placed::flattens(transform).then(|| {
+                    let positions = posed.map_or(&scene.meshes[number].positions, |d| &d.positions);
+                    let flatten = |p: &Vec3| transform.transform_vector3(*p);
+                    positions.iter().map(flatten).collect::<Vec<Vec3>>()
+                });
+                let now = flat.as_ref().or(posed.map(|d| &d.positions));
                 if now == last.as_ref() {
                     return (moved, None);
                 }
-                let number = scene.instances[i].mesh;
                 let Some(positions) = now else {
                     (*own, *last) = (Blas::empty(), None);
                     return (moved, Some(false));
@@ -179,7 +182,11 @@ impl<'s> Tracer<'s> {
                     Some(_) => scene.meshes.len() + i,
                     None => scene.instances[i].mesh,
                 };
-                self.placed[i] = Placed::new(&self.transforms[i], blas as u32, &self.blases[blas]);
+                let placement = match placed::flattens(&self.transforms[i]) {
+                    true => Affine3A::from_translation(self.transforms[i].translation.into()),
+                    false => self.transforms[i],
+                };
+                self.placed[i] = Placed::new(&placement, blas as u32, &self.blases[blas]);
             }
         }
         if work != Work::default() {
@@ -232,7 +239,15 @@ impl<'s> Tracer<'s> {
             .instances
             .iter()
             .zip(&self.placed)
-            .filter_map(|(i, p)| Some(p.as_ref()?.scale * self.blases[i.mesh].bounds().reach()))
+            .zip(&self.transforms)
+            .filter_map(|((i, p), transform)| {
+                let p = p.as_ref()?;
+                let blas = match placed::flattens(transform) {
+                    true => p.blas as usize,
+                    false => i.mesh,
+                };
+                Some(p.scale * self.blases[blas].bounds().reach())
+            })
             .fold(0.0, f32::max);
         // Keeps the sign, the exponent and three bits of the mantissa, rounding up.
         f32::from_bits((exact.to_bits() + 0x000f_ffff) & 0xfff0_0000)

@@ -41,17 +41,8 @@ impl Placed {
         if !world_from_mesh.is_finite() || blas.bounds().is_empty() {
             return None;
         }
-        let linear = DMat3::from_cols(
-            world_from_mesh.matrix3.x_axis.as_dvec3(),
-            world_from_mesh.matrix3.y_axis.as_dvec3(),
-            world_from_mesh.matrix3.z_axis.as_dvec3(),
-        );
-        let inverse = linear.inverse();
-        let (scale, stretch) = (norm(&linear), norm(&inverse));
+        let (inverse, scale, stretch) = inverse(world_from_mesh)?;
         let condition = scale * stretch;
-        if condition.is_nan() || condition > MAX_CONDITION {
-            return None;
-        }
         let inverse = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(|c| c.as_vec3());
         if !inverse.iter().all(|c| c.is_finite()) {
             return None;
@@ -106,6 +97,26 @@ impl Placed {
             SlabRay::new(self.point(world.origin), self.vector(world.direction), 0.0)
         }
     }
+}
+
+/// The inverse of the linear part, and the factors by which that and its inverse stretch at most.
+/// `None` where `f32` cannot tell the transform from a singular one.
+fn inverse(world_from_mesh: &Affine3A) -> Option<(DMat3, f64, f64)> {
+    let linear = DMat3::from_cols(
+        world_from_mesh.matrix3.x_axis.as_dvec3(),
+        world_from_mesh.matrix3.y_axis.as_dvec3(),
+        world_from_mesh.matrix3.z_axis.as_dvec3(),
+    );
+    let inverse = linear.inverse();
+    let (scale, stretch) = (norm(&linear), norm(&inverse));
+    // `norm` passes over what is not a number.
+    let regular = inverse.is_finite() && scale * stretch <= MAX_CONDITION;
+    regular.then_some((inverse, scale, stretch))
+}
+
+/// Whether a transform flattens what it places: rays cannot be carried back through it.
+pub fn flattens(world_from_mesh: &Affine3A) -> bool {
+    world_from_mesh.is_finite() && inverse(world_from_mesh).is_none()
 }
 
 /// The factor by which a matrix stretches at most, or a little more: the square root of

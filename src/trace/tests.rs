@@ -667,8 +667,34 @@ fn holes_let_rays_through_and_glass_stops_none() {
 }
 
 #[test]
+fn what_is_flattened_stops_rays() {
+    let flat = Affine3A::from_scale_rotation_translation(
+        Vec3::new(2.0, 0.0, 1.0),
+        Quat::from_rotation_x(0.3),
+        Vec3::Y * 0.25,
+    );
+    let (s, pose) = scene(vec![quad(1.0, 2)], &[(0, flat)]);
+    let mut tracer = Tracer::new(&s, &pose);
+    let down = Ray {
+        origin: Vec3::new(1.2, 1.25, 0.0),
+        direction: Vec3::NEG_Y,
+        t_max: 9.0,
+    };
+    let hit = tracer.closest(&down).expect("a hit");
+    assert!(
+        (hit.t - 1.0).abs() < 1e-5 && tracer.occluded(&down),
+        "{hit:?}"
+    );
+    // And again once it is not flat any more.
+    let mut pose = pose.clone();
+    pose.world_from_mesh[0] = Affine3A::IDENTITY;
+    tracer.update(&pose);
+    assert!(!tracer.occluded(&down));
+}
+
+#[test]
 fn what_cannot_be_traced_is_not_hit() {
-    let singular = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
+    let singular = Affine3A::from_scale(Vec3::new(1.0, 0.0, 0.0));
     let mut nan = Affine3A::IDENTITY;
     nan.translation.x = f32::NAN;
     let mut bad = quad(1.0, 2);

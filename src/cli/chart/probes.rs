@@ -206,7 +206,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let pose = scene.pose(time);
     let camera = view.at(&pose);
     let (width, height) = args.scene.view.size;
-    let request = args.encode.probes.request(args.encode.seed);
+    let request = args.encode.probes.request(&scene, args.encode.seed);
     warn_if_dark(&scene, &request.sky);
     let tracer = Tracer::new(&scene, &pose);
     let paths = PathTracer::new(&scene, &pose, &tracer, request.sky);

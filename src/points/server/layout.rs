@@ -1,10 +1,11 @@
 //! Before the first tick: which points an instance has, and the grid, hash and memory they need.
 
+use super::fit::{Surfaces, fit};
 use super::options::{Options, Space};
 use super::track::{Template, Track};
 use crate::points::chunks::Chunks;
 use crate::points::grid::{self, Extent};
-use crate::points::place::{Density, area, place};
+use crate::points::place::{area, place};
 use crate::points::rng::Rng;
 use crate::points::sample::GridTransform;
 use crate::points::store::Store;
@@ -21,7 +22,10 @@ const POSED_SPARE: u32 = 2;
 /// Most candidates that are placed in a scene, all instances together: about 4 GB of memory at
 /// the worst, and as many points as a decoder's default limits accept.
 const MAX_CANDIDATES: f64 = (1u32 << 25) as f64;
-/// Rest shapes that differ by less than this share of their size hold the same points.
+/// A deforming mesh is placed by another shape than that at rest where its surface grows by more than
+/// this factor.
+const GROWN: f64 = 1.1;
+/// Shapes that differ by less than this share of their size hold the same points.
 const SAME_SHAPE: f32 = 1e-4;
 
 /// Lays out the grid, hash and memory of one instance.
@@ -76,14 +80,14 @@ pub(super) fn track(
         min: bounds.min,
         max: bounds.max,
     };
-    let mut grid = grid::lay(extent, scale, options.density.radius(), options.widths)
+    let mut grid = grid::lay(extent, scale, template.density.radius(), options.widths)
         .ok_or_else(|| {
             Error::Invalid(format!(
                 "instance '{}' is {:.0} m across, which is more cells of {:.3} m than a grid can number; \
                  lower --density or split the mesh",
                 scene.instances[instance].name,
                 (bounds.max - bounds.min).max_element(),
-                2.0 * options.density.radius(),
+                2.0 * template.density.radius(),
             ))
         })?;
     let to_grid = GridTransform::new(&grid);
@@ -117,11 +121,13 @@ pub(super) fn track(
     Ok(Track {
         instance,
         to_grid,
+        grid_scale: scale,
         posed,
         deforms,
         movable: is_movable(scene, instance),
         store: Store::new(grid, points, options.overflow),
         sent_ao: vec![0; points],
+        hidden: vec![false; points],
         sent_at: if posed {
             vec![(Vec3::ZERO, Vec3::ZERO); points]
         } else {
@@ -162,24 +168,49 @@ pub(super) struct Templates {
     pub(super) of_instance: Vec<Option<Arc<Template>>>,
 }
 
-/// Places points once for every mesh, scale and rest shape; instances that share all three share
-/// their points. Skins over one mesh may bind it at different sizes.
+/// The scene as points are placed on it: every instance where it is largest within the span that is
+/// encoded, by its transform and, of the shapes in `samples`, by its surface.
+pub(super) fn placing_pose(
+    scene: &Scene,
+    rest: &Pose,
+    samples: &[Pose],
+    time: f64,
+    options: &Options,
+) -> Pose {
+    let mut placing = rest.clone();
+    placing.world_from_mesh = scene.largest_placement(time, options.span);
+    for i in (0..scene.instances.len()).filter(|&i| scene.is_deforming_instance(i)) {
+        let area = |pose: &Pose| area(scene, pose, i, Mat3::IDENTITY);
+        let mut largest = GROWN * area(rest);
+        for pose in samples {
+            let area = area(pose);
+            if area > largest {
+                largest = area;
+                placing.deformed[i].clone_from(&pose.deformed[i]);
+            }
+        }
+    }
+    placing
+}
+
+/// Places points once for every mesh, scale and shape in `placing`; instances that share all three
+/// share their points. Skins over one mesh may bind it at different sizes.
 pub(super) fn templates(
     scene: &Scene,
     rest: &Pose,
-    pose: &Pose,
+    placing: &Pose,
     options: &Options,
 ) -> Result<Templates> {
     let mut kinds: Vec<(usize, Mat3, usize)> = Vec::new();
     let mut kinds_of: BTreeMap<(usize, [u32; 9]), Vec<usize>> = BTreeMap::new();
     let of_instance: Vec<Option<usize>> = (0..scene.instances.len())
         .map(|i| {
-            let (_, scale) = grid::split(&pose.world_from_mesh[i])?;
+            let (_, scale) = grid::split(&placing.world_from_mesh[i])?;
             let mesh = scene.instances[i].mesh;
             let alike = kinds_of.entry((mesh, scale_key(scale))).or_default();
             let known = alike
                 .iter()
-                .find(|&&k| same_shape(scene, rest, kinds[k].2, i));
+                .find(|&&k| same_shape(scene, placing, kinds[k].2, i));
             Some(known.copied().unwrap_or_else(|| {
                 kinds.push((mesh, scale, i));
                 alike.push(kinds.len() - 1);
@@ -189,19 +220,48 @@ pub(super) fn templates(
         .collect();
     let areas: Vec<f64> = kinds
         .par_iter()
-        .map(|&(_, scale, instance)| area(scene, rest, instance, scale))
+        .map(|&(_, scale, instance)| area(scene, placing, instance, scale))
         .collect();
-    check_area(
+    let mut instances = vec![0; kinds.len()];
+    for &k in of_instance.iter().flatten() {
+        instances[k] += 1;
+    }
+    let densities = if options.fitted {
+        let surfaces: Vec<Surfaces> = kinds
+            .iter()
+            .zip(&areas)
+            .zip(&instances)
+            .map(|((&(_, scale, instance), &area), &count)| Surfaces {
+                area,
+                count,
+                size: {
+                    let shape = placing.shape(scene, instance).iter();
+                    let bounds = Aabb::of(shape.map(|p| scale * *p));
+                    bounds.max - bounds.min
+                },
+            })
+            .collect();
+        fit(&surfaces, options.density)
+    } else {
+        vec![options.density; kinds.len()]
+    };
+    let all = areas.iter().zip(&instances).zip(&densities);
+    check_candidates(
         scene,
-        of_instance.iter().flatten().map(|&k| areas[k]).sum(),
-        options.density,
+        areas
+            .iter()
+            .zip(&instances)
+            .map(|(a, n)| a * *n as f64)
+            .sum(),
+        all.map(|((a, n), d)| a * *n as f64 * f64::from(d.candidates))
+            .sum(),
     )?;
     let built: Vec<Arc<Template>> = kinds
         .par_iter()
         .enumerate()
         .map(|(k, &(mesh, scale, instance))| {
             let seed = options.seed ^ Rng::new(k as u64).draw();
-            let placement = place(scene, rest, instance, scale, options.density, seed);
+            let placement = place(scene, placing, instance, scale, densities[k], seed);
             let triangles = &scene.meshes[mesh].triangles;
             let shape = rest.shape(scene, instance);
             let positions: Vec<Vec3> = placement
@@ -212,6 +272,7 @@ pub(super) fn templates(
             Arc::new(Template {
                 mesh,
                 scale,
+                density: densities[k],
                 chunks: Chunks::new(&positions),
                 placement,
                 positions,
@@ -237,9 +298,8 @@ fn same_shape(scene: &Scene, rest: &Pose, a: usize, b: usize) -> bool {
     a.iter().zip(b).all(|(a, b)| a.abs_diff_eq(*b, tolerance))
 }
 
-/// Refuses more surface than memory holds points for, before anything is placed.
-fn check_area(scene: &Scene, area: f64, density: Density) -> Result<()> {
-    let candidates = area * density.candidates as f64;
+/// Refuses more surface, in square metres, than memory holds points for, before any is placed.
+fn check_candidates(scene: &Scene, area: f64, candidates: f64) -> Result<()> {
     if candidates <= MAX_CANDIDATES {
         return Ok(());
     }
@@ -254,13 +314,17 @@ fn check_area(scene: &Scene, area: f64, density: Density) -> Result<()> {
     Err(Error::Invalid(format!(
         "{}: {area:.3e} m2 of surface at {} candidates per m2 make more than {MAX_CANDIDATES} \
          candidates{mend}",
-        scene.name, density.candidates
+        scene.name,
+        (candidates / area) as f32
     )))
 }
 
-/// Scales that differ by rounding alone are one scale.
+/// Scales that differ by rounding alone are one scale: within 1/4096 of their power of two.
 fn scale_key(scale: Mat3) -> [u32; 9] {
-    scale
-        .to_cols_array()
-        .map(|x| (((x * 4096.0).round() / 4096.0) + 0.0).to_bits())
+    let entries = scale.to_cols_array();
+    let largest = entries
+        .iter()
+        .fold(f32::MIN_POSITIVE, |m, x| m.max(x.abs()));
+    let step = f32::from_bits(largest.to_bits() & 0x7f80_0000) / 4096.0;
+    entries.map(|x| ((x / step).round() * step + 0.0).to_bits())
 }

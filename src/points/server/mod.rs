@@ -4,6 +4,8 @@
 //! [`layout`] places the points; a tick marks what movers can reach and picks what the client can
 //! see ([`select`]), traces it, and stores what changed enough ([`track`]).
 
+mod fit;
+pub mod hidden;
 mod layout;
 mod options;
 mod select;
@@ -18,7 +20,8 @@ use super::rng::Rng;
 use crate::Result;
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
-use layout::{is_movable, templates};
+use hidden::Openness;
+use layout::{is_movable, placing_pose, templates};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -75,7 +78,6 @@ impl<'s> Server<'s> {
         let rest = scene.rest_pose();
         let pose = scene.pose(time);
         let tracer = Tracer::new(scene, &pose);
-        let templates = templates(scene, &rest, &pose, &options)?;
         let samples: Vec<Pose> = if scene
             .instances
             .iter()
@@ -89,6 +91,8 @@ impl<'s> Server<'s> {
             Vec::new()
         };
 
+        let placing = placing_pose(scene, &rest, &samples, time, &options);
+        let templates = templates(scene, &rest, &placing, &options)?;
         let tracks: Vec<Track> = (0..scene.instances.len())
             .into_par_iter()
             .filter_map(|i| {
@@ -205,7 +209,9 @@ impl<'s> Server<'s> {
             })
             .collect();
         // Occlusion changes where a mover left as well as where it arrived.
-        self.mark_reached(&movers, &last);
+        let pose = std::mem::take(&mut self.pose);
+        self.mark_reached(&movers, &last, &pose);
+        self.pose = pose;
         let select = clock.elapsed();
         let clock = Instant::now();
         if !movers.is_empty() {
@@ -214,7 +220,7 @@ impl<'s> Server<'s> {
         tick.update_time = clock.elapsed();
         let clock = Instant::now();
         let pose = std::mem::take(&mut self.pose);
-        self.mark_reached(&movers, &pose);
+        self.mark_reached(&movers, &pose, &last);
         self.pose = pose;
         let frustum = camera(&self.pose)
             .filter(|_| self.options.visibility)
@@ -248,14 +254,18 @@ impl<'s> Server<'s> {
                     if site.back {
                         at = at.flipped();
                     }
-                    let ao = tracer.ambient_occlusion(
-                        at.position,
-                        at.geometric_normal,
-                        at.normal,
-                        options.rays,
-                        options.distance,
-                        point_seed(options.seed, t, point),
-                    );
+                    let mut rays = 0;
+                    let openness = Openness::trace(&options, track.radius(), |distance| {
+                        rays += options.rays;
+                        tracer.ambient_occlusion(
+                            at.position,
+                            at.geometric_normal,
+                            at.normal,
+                            options.rays,
+                            distance,
+                            point_seed(options.seed, t, point),
+                        )
+                    });
                     let (position, normal) = if track.looks_up_rest_pose() {
                         (at.rest_position, at.rest_normal)
                     } else {
@@ -264,7 +274,8 @@ impl<'s> Server<'s> {
                     Traced {
                         track: t,
                         point,
-                        ao,
+                        openness,
+                        rays,
                         position: track.to_grid.position(position),
                         normal: track.to_grid.normal(normal),
                     }
@@ -274,12 +285,12 @@ impl<'s> Server<'s> {
 
             let clock = Instant::now();
             for p in &traced {
+                tick.rays += u64::from(p.rays);
                 tick.changed_points += self.tracks[p.track].apply(p, &options) as usize;
             }
             tick.store_time += clock.elapsed();
         }
         tick.traced_points += chosen.len();
-        tick.rays += chosen.len() as u64 * options.rays as u64;
         progress(chosen.len(), chosen.len());
     }
 }

@@ -1,8 +1,10 @@
 //! What a server can be asked for.
 
+use super::hidden;
 use crate::codec::points::PointWidths;
 use crate::points::place::Density;
 use crate::points::store::Overflow;
+use crate::scene::Scene;
 
 /// In which shape of a deforming mesh its points live.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +20,11 @@ pub enum Space {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     pub density: Density,
+    /// Give small instances more points than that, and large ones fewer where a scene would have too
+    /// many ([`super::layout`]).
+    pub fitted: bool,
+    /// Seconds of the animation that are encoded: points are placed where an instance is largest.
+    pub span: f64,
     /// Rays a point.
     pub rays: u32,
     /// Length of an occlusion ray in metres (PSAO §4).
@@ -27,11 +34,9 @@ pub struct Options {
     pub widths: PointWidths,
     pub overflow: Overflow,
     pub space: Space,
-    /// Points with an AO below so many steps of 1/255 are buried, under a box or where meshes
-    /// interpenetrate, and left out for as long as they are: what can be seen is not closed to all
-    /// sides, so they only leak darkness onto their visible neighbours. 1 leaves out those that no
-    /// ray leaves; 0 keeps all, as in the paper.
-    pub bury_below: u8,
+    /// Points with an AO below so many steps of 1/255 are left out, and so are those that close
+    /// surfaces hide ([`super::hidden`]); 0 keeps all points, as in the paper.
+    pub min_ao: u8,
     pub seed: u64,
     /// Skip points outside the client's extended field of view.
     pub visibility: bool,
@@ -43,6 +48,23 @@ pub struct Options {
     pub budget: Option<usize>,
 }
 
+impl Options {
+    /// The options for a scene where nobody asks for others: density and distance follow its size.
+    pub fn for_scene(scene: &Scene) -> Options {
+        let scale = scene.length_scale();
+        let paper = Options::default();
+        Options {
+            density: Density {
+                candidates: paper.density.candidates / (scale * scale),
+                ..paper.density
+            },
+            distance: paper.distance * scale,
+            fitted: true,
+            ..paper
+        }
+    }
+}
+
 impl Default for Options {
     fn default() -> Self {
         Options {
@@ -50,13 +72,15 @@ impl Default for Options {
                 candidates: 1024.0,
                 thinning: 2.0,
             },
+            fitted: false,
+            span: f64::INFINITY,
             rays: 128,
             distance: 0.6,
             threshold: 4.0 / 255.0,
             widths: PointWidths::BITS_32,
             overflow: Overflow::Chain,
             space: Space::Posed,
-            bury_below: 1,
+            min_ao: hidden::MIN_AO,
             seed: 0,
             visibility: true,
             margin: 10f32.to_radians(),

@@ -5,10 +5,19 @@ use crate::points::frustum::Frustum;
 use crate::scene::Pose;
 use crate::trace::Aabb;
 use crate::trace::offset::OFFSET_PER_METRE;
+use glam::Affine3A;
+
+/// Whether two transforms stretch alike, up to rounding: their columns have the same products.
+fn same_scale(a: &Affine3A, b: &Affine3A) -> bool {
+    let [a, b] = [a, b].map(|m| m.matrix3.transpose() * m.matrix3);
+    let size = a.x_axis.x + a.y_axis.y + a.z_axis.z;
+    a.abs_diff_eq(b, 1e-5 * size)
+}
 
 impl Server<'_> {
-    /// Marks as stale what the movers can reach in the tracer's present pose, which is `pose`.
-    pub(super) fn mark_reached(&mut self, movers: &[usize], pose: &Pose) {
+    /// Marks as stale what the movers can reach in the tracer's present pose, which is `pose`. They
+    /// move from or to the pose `other`.
+    pub(super) fn mark_reached(&mut self, movers: &[usize], pose: &Pose, other: &Pose) {
         let (tracer, distance) = (&self.tracer, self.options.distance);
         // How far from a point's surface its rays may end at a mover: they start off the surface,
         // and the end is rounded no worse than what that offset makes up for.
@@ -48,7 +57,9 @@ impl Server<'_> {
         };
         for track in self.tracks.iter_mut().filter(|t| t.movable) {
             let own = track.instance;
-            if track.deforms && is_mover[own] {
+            // What a body hides of itself changes with its scale.
+            let rescaled = || !same_scale(&other.world_from_mesh[own], &pose.world_from_mesh[own]);
+            if is_mover[own] && (track.deforms || rescaled()) {
                 track.mark_all();
                 continue;
             }

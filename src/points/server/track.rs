@@ -1,9 +1,10 @@
 //! The points of one instance: where they are, what was sent of them, and which are out of date.
 
+use super::hidden::Openness;
 use super::options::Options;
 use crate::points::chunks::Chunks;
 use crate::points::grid;
-use crate::points::place::Placement;
+use crate::points::place::{Density, Placement};
 use crate::points::sample::GridTransform;
 use crate::points::store::Store;
 use crate::trace::Aabb;
@@ -22,6 +23,7 @@ const TURNED: f32 = 0.990;
 pub(super) struct Template {
     pub(super) mesh: usize,
     pub(super) scale: Mat3,
+    pub(super) density: Density,
     pub(super) placement: Placement,
     /// Mesh-space position of each site in the rest pose.
     pub(super) positions: Vec<Vec3>,
@@ -34,6 +36,8 @@ pub struct Track {
     pub instance: usize,
     pub(super) template: Arc<Template>,
     pub(super) to_grid: GridTransform,
+    /// Its linear part.
+    pub(super) grid_scale: Mat3,
     /// Follows the posed vertices rather than the rest pose.
     pub(super) posed: bool,
     pub(super) deforms: bool,
@@ -41,6 +45,8 @@ pub struct Track {
     pub store: Store,
     /// AO last sent, in steps of 1/255.
     pub(super) sent_ao: Vec<u8>,
+    /// Left out when it was last traced ([`super::hidden`]).
+    pub(super) hidden: Vec<bool>,
     /// Where a posed point was when it was last sent: grid position and normal.
     pub(super) sent_at: Vec<(Vec3, Vec3)>,
     pub(super) stale: Vec<bool>,
@@ -57,6 +63,16 @@ impl Track {
         self.template.placement.candidates
     }
 
+    /// How densely the points were placed.
+    pub fn density(&self) -> Density {
+        self.template.density
+    }
+
+    /// Interpolation radius in metres.
+    pub fn radius(&self) -> f32 {
+        self.store.grid().radius
+    }
+
     /// Bounds of the points in the rest pose, in mesh space.
     pub fn mesh_bounds(&self) -> Aabb {
         self.template
@@ -66,8 +82,11 @@ impl Track {
             .fold(Aabb::EMPTY, |a, b| a.union(b))
     }
 
+    /// Where the scale flattens, the direction across the plane goes to the mesh's own.
     pub fn mesh_from_grid(&self) -> Affine3A {
-        self.to_grid.inverse()
+        let scale = grid::invertible(self.grid_scale);
+        let origin = self.to_grid.position(Vec3::ZERO);
+        Affine3A::from_mat3(scale.inverse()) * Affine3A::from_translation(-origin)
     }
 
     pub fn looks_up_rest_pose(&self) -> bool {
@@ -97,7 +116,8 @@ impl Track {
 pub(super) struct Traced {
     pub(super) track: usize,
     pub(super) point: u32,
-    pub(super) ao: f32,
+    pub(super) openness: Openness,
+    pub(super) rays: u32,
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
 }
@@ -106,9 +126,10 @@ impl Track {
     /// Stores a traced point if it differs enough from what was last sent (PSAO §3.3).
     pub(super) fn apply(&mut self, p: &Traced, options: &Options) -> bool {
         let i = p.point as usize;
-        let ao = (p.ao * 255.0).round() as u8;
+        let ao = (p.openness.ao * 255.0).round() as u8;
         let had = self.store.has(p.point);
-        if ao < options.bury_below {
+        self.hidden[i] = p.openness.is_hidden(options, self.hidden[i]);
+        if self.hidden[i] {
             self.store.unset(p.point);
             self.sent_ao[i] = 0;
             return had;
@@ -134,7 +155,7 @@ impl Track {
         let inside = p.position / grid.cell_edge - Vec3::from(corner);
         let word = grid
             .widths
-            .pack(inside.to_array(), p.normal.to_array(), p.ao);
+            .pack(inside.to_array(), p.normal.to_array(), p.openness.ao);
         self.store.set(p.point, cell, word);
         true
     }
