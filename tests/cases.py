@@ -138,7 +138,8 @@ FEW = ["--frames", "1", "--rays", "64"]
 @case("json_", "one_bad_part_")
 def is_read(run, path):
     report = run.encode(path, *FEW)
-    if path.name.startswith("one_bad_part_") and "base64" not in path.name and "backslash" not in path.name:
+    is_read_whole = any(part in path.name for part in ("base64", "backslash", "webp"))
+    if path.name.startswith("one_bad_part_") and not is_read_whole:
         expect(report["warnings"], "no warning names the part that was dropped")
     run.render("a.png", "x.dapple", "--scene", path)
 

@@ -3,7 +3,7 @@
 use super::{Read, check_file, shorten};
 use ::gltf::json;
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Loads every buffer of the file, or says what is wrong with it.
 pub(super) fn load<'a>(
@@ -34,7 +34,6 @@ pub(super) fn load<'a>(
 
 /// The bytes behind a URI: base64 data, or a file in (or below, or beside) the scene's folder.
 pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<u8>> {
-    let shown = shorten(uri, 80);
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((header, payload)) = data.split_once(',') else {
             return Err(format!("the data URI of {what} has no comma"));
@@ -45,6 +44,16 @@ pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<
         return decode_base64(payload.as_bytes())
             .ok_or_else(|| format!("the data URI of {what} is not valid base64"));
     }
+    let path = find(uri, folder, what)?;
+    let failed = |e: &dyn std::fmt::Display| {
+        format!("{what}: {}: {e}", shorten(&path.to_string_lossy(), 256))
+    };
+    std::fs::read(&path).map_err(|e| failed(&e))
+}
+
+/// The file that a URI names.
+pub(super) fn find(uri: &str, folder: Option<&Path>, what: &str) -> Read<PathBuf> {
+    let shown = shorten(uri, 80);
     let decoded = percent_decode(uri);
     // Some exporters write the separators of Windows.
     let slashed = decoded.replace('\\', "/");
@@ -74,7 +83,7 @@ pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<
     let failed = |e: String| format!("{what}: {}: {e}", shorten(&path.to_string_lossy(), 256));
     let metadata = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?;
     check_file(&metadata).map_err(failed)?;
-    std::fs::read(path).map_err(|e| failed(e.to_string()))
+    Ok(path.clone())
 }
 
 fn percent_decode(text: &str) -> String {

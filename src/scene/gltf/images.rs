@@ -9,8 +9,10 @@ use crate::scene::{Scene, Texture, Wrap};
 use ::gltf::json;
 use json::texture::WrappingMode;
 use json::validation::Checked;
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::io::Cursor;
 use std::sync::Arc;
 
 /// Texels that the images of a scene may have after halving: 1 GiB.
@@ -87,37 +89,75 @@ fn decoded(document: &Document, image: usize) -> Read<Texture> {
     made
 }
 
-fn decode(document: &Document, index: usize) -> Read<Texture> {
+/// Warns about a texture that is not needed if all its images lack a file or a sound header.
+pub(super) fn check(document: &Document, index: json::Index<json::Texture>) {
+    let Ok(source) = get(&document.root.textures, index, "texture") else {
+        return document.warn(format!("texture {} is not there", index.value()));
+    };
+    let mut reason = format!("texture {} has no PNG, JPEG or WebP image", index.value());
+    for image in sources(source) {
+        match check_image(document, image) {
+            Ok(()) => return,
+            Err(failed) => reason = failed,
+        }
+    }
+    document.optional(Err::<(), _>(reason));
+}
+
+fn check_image(document: &Document, index: usize) -> Read<()> {
+    if let Some(image) = document.root.images.get(index)
+        && let Some(uri) = &image.uri
+        && !uri.starts_with("data:")
+    {
+        let what = format!("image {index}");
+        return buffers::find(uri, document.folder, &what).map(|_| ());
+    }
+    let bytes = bytes(document, index)?;
+    let dimensions = reader(&bytes, index)?.into_dimensions();
+    dimensions.map(|_| ()).map_err(|e| failed(index, &e))
+}
+
+/// The file of an image.
+fn bytes<'d>(document: &'d Document, index: usize) -> Read<Cow<'d, [u8]>> {
     let what = format!("image {index}");
     let images = &document.root.images;
     let image = images
         .get(index)
         .ok_or_else(|| format!("{what} is named but there are only {}", images.len()))?;
-    let owned;
-    let bytes = match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => {
-            owned = buffers::resolve(uri, document.folder, &what)?;
-            &owned[..]
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => buffers::resolve(uri, document.folder, &what).map(Cow::Owned),
+        (None, Some(view)) => {
+            let view = document.view(view).map_err(|e| format!("{what}: {e}"))?;
+            Ok(Cow::Borrowed(view.0))
         }
-        (None, Some(view)) => document.view(view).map_err(|e| format!("{what}: {e}"))?.0,
-        (None, None) => return Err(format!("{what} has neither a URI nor a buffer view")),
-    };
-    let failed = |e: &dyn std::fmt::Display| {
-        let reason = super::shorten(&e.to_string(), 128);
-        format!("{what} cannot be decoded: {reason}")
-    };
-    let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
+        (None, None) => Err(format!("{what} has neither a URI nor a buffer view")),
+    }
+}
+
+fn failed(index: usize, reason: &dyn std::fmt::Display) -> String {
+    let reason = super::shorten(&reason.to_string(), 128);
+    format!("image {index} cannot be decoded: {reason}")
+}
+
+fn reader(bytes: &[u8], index: usize) -> Read<image::ImageReader<Cursor<&[u8]>>> {
+    let mut reader = image::ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
-        .map_err(|e| failed(&e))?;
+        .map_err(|e| failed(index, &e))?;
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(MAX_DECODED_SIDE);
     limits.max_image_height = Some(MAX_DECODED_SIDE);
     limits.max_alloc = Some(MAX_DECODER_BYTES);
     reader.limits(limits);
-    let image = reader.decode().map_err(|e| failed(&e))?.into_rgba8();
+    Ok(reader)
+}
+
+fn decode(document: &Document, index: usize) -> Read<Texture> {
+    let bytes = bytes(document, index)?;
+    let image = reader(&bytes, index)?.decode();
+    let image = image.map_err(|e| failed(index, &e))?.into_rgba8();
     let (width, height) = image.dimensions();
     if width == 0 || height == 0 {
-        return Err(format!("{what} is empty"));
+        return Err(format!("image {index} is empty"));
     }
     Ok(Texture {
         width,
@@ -202,5 +242,27 @@ fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
         Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         _ => Wrap::Repeat,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halving_takes_means_of_whole_texels() {
+        let texture = Texture {
+            width: 3,
+            height: 2,
+            texels: [[0; 4], [4; 4], [8; 4], [2; 4], [6; 4], [255; 4]].into(),
+            wrap_s: Wrap::Clamp,
+            ..Texture::default()
+        };
+        let half = halve(&texture);
+        // The odd column belongs to its neighbour.
+        assert_eq!((half.width, half.height), (1, 1));
+        assert_eq!(half.texels[0], [46; 4]);
+        assert_eq!(half.wrap_s, Wrap::Clamp);
+        assert_eq!(halve(&half).texels, half.texels);
     }
 }

@@ -206,13 +206,9 @@ fn a_bad_part_of_a_primitive_is_left_out() {
 }
 
 #[test]
-fn bad_coordinates_cost_their_vertices_alone() {
-    let primitive = r#"{"attributes":{"POSITION":0,"TEXCOORD_0":3},"mode":6,"material":0}"#;
-    let rest = format!(
-        r#""images":[{{"uri":"missing.png"}}],"textures":[{{"source":0}}],"materials":[{{"normalTexture":{{"index":0}}}}],{TWO_NODES}"#
-    );
-    // Without a texture nothing reads the coordinates.
-    warned(&beside(primitive, &rest), "missing.png");
+fn bad_coordinates_are_said_also_without_a_texture() {
+    let primitive = r#"{"attributes":{"POSITION":0,"TEXCOORD_0":3},"mode":6}"#;
+    warned(&beside(primitive, TWO_NODES), "TEXCOORD_0 of primitive 0");
 }
 
 #[test]
@@ -491,4 +487,56 @@ fn scenes_are_chosen_by_number_or_name() {
         error.contains("no scene cellar; it has scene 0, attic"),
         "{error}"
     );
+}
+
+/// A file with one image in `count` textures, one of them a normal map.
+fn one_image(count: usize, image: &str, colors: bool) -> Scene {
+    let mut b = Builder::default();
+    b.vec3(&SQUARE);
+    let uvs: Vec<u8> = [0.0f32; 8].iter().flat_map(|v| v.to_le_bytes()).collect();
+    b.accessor(&uvs, F32, "VEC2", 4, "");
+    let mut png = Vec::new();
+    let encoder = ::image::codecs::png::PngEncoder::new(&mut png);
+    let kind = ::image::ExtendedColorType::Rgba8;
+    ::image::ImageEncoder::write_image(encoder, &[9; 16], 2, 2, kind).expect("a PNG");
+    let view = b.view(&png);
+    let textures = vec![r#"{"source":0}"#; count].join(",");
+    let materials: Vec<String> = (0..count)
+        .map(|i| match i {
+            0 => r#"{"normalTexture":{"index":0}}"#.to_owned(),
+            i => format!(
+                r#"{{"pbrMetallicRoughness":{{"metallicRoughnessTexture":{{"index":{i}}}}}}}"#
+            ),
+        })
+        .collect();
+    let image = image.replace("VIEW", &view.to_string());
+    let bytes = b.glb(&format!(
+        r#""images":[{image}],"textures":[{textures}],"materials":[{}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},"mode":6,"material":0}}]}}],{ONE_NODE}"#,
+        materials.join(",")
+    ));
+    let options = LoadOptions {
+        colors,
+        ..LoadOptions::default()
+    };
+    super::from_bytes("test", &bytes, None, &options).expect("a scene")
+}
+
+#[test]
+fn textures_of_one_image_share_its_texels() {
+    let all = one_image(5, r#"{"bufferView":VIEW}"#, true);
+    assert_eq!(all.textures.len(), 5);
+    for texture in &all.textures {
+        assert!(std::sync::Arc::ptr_eq(
+            &texture.texels,
+            &all.textures[0].texels
+        ));
+    }
+    let few = one_image(5, r#"{"bufferView":VIEW}"#, false);
+    assert_eq!(few.textures.len(), 1);
+    assert!(few.warnings.is_empty(), "{:?}", few.warnings);
+    for colors in [true, false] {
+        let none = one_image(5, r#"{"uri":"gone.png"}"#, colors);
+        assert_eq!((none.textures.len(), none.warnings.len()), (0, 1));
+    }
 }

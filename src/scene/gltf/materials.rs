@@ -69,6 +69,21 @@ impl Textures<'_> {
         let transform = extensions.and_then(|e| e.texture_transform.as_ref());
         self.reference(scene, info.index, info.tex_coord, transform, what)
     }
+
+    /// [`Textures::of`] a texture that is needed; of another, only warns if it cannot be found.
+    fn of_if(
+        &mut self,
+        is_needed: bool,
+        scene: &mut Scene,
+        info: &json::texture::Info,
+        what: &str,
+    ) -> Option<TextureRef> {
+        if is_needed {
+            return self.of(scene, info, what);
+        }
+        images::check(self.document, info.index);
+        None
+    }
 }
 
 /// `KHR_texture_transform` as a map of coordinates: translation * rotation * scale.
@@ -101,17 +116,14 @@ pub(super) fn read(document: &Document, scene: &mut Scene) {
             ..Material::default()
         };
         let has_holes = source.alpha_mode != Checked::Valid(AlphaMode::Opaque);
-        if let Some(info) = &pbr.base_color_texture
-            && (document.options.colors || has_holes)
-        {
+        let colors = document.options.colors;
+        if let Some(info) = &pbr.base_color_texture {
             let what = format!("the base colour texture of material {name}");
-            material.base_color_texture = textures.of(scene, info, &what);
+            material.base_color_texture = textures.of_if(colors || has_holes, scene, info, &what);
         }
-        if let Some(info) = &pbr.metallic_roughness_texture
-            && document.options.colors
-        {
+        if let Some(info) = &pbr.metallic_roughness_texture {
             let what = format!("the metallic-roughness texture of material {name}");
-            material.metallic_roughness_texture = textures.of(scene, info, &what);
+            material.metallic_roughness_texture = textures.of_if(colors, scene, info, &what);
         }
         if let Some(info) = &source.normal_texture {
             let what = format!("the normal texture of material {name}");
@@ -126,10 +138,9 @@ pub(super) fn read(document: &Document, scene: &mut Scene) {
         }
         if let Some(info) = &source.emissive_texture
             && material.emissive != Vec3::ZERO
-            && document.options.colors
         {
             let what = format!("the emissive texture of material {name}");
-            material.emissive_texture = textures.of(scene, info, &what);
+            material.emissive_texture = textures.of_if(colors, scene, info, &what);
         }
         if let Some(strength) = source
             .extensions
@@ -211,19 +222,20 @@ fn read_extensions(
         material.base_color = Vec4::from(factors.diffuse_factor.0);
         let colors = textures.document.options.colors;
         material.base_color_texture = match &factors.diffuse_texture {
-            Some(info) if colors || material.alpha != Alpha::Opaque => {
+            Some(info) => {
                 let what = format!("the diffuse texture of material {name}");
-                textures.of(scene, info, &what)
+                let is_needed = colors || material.alpha != Alpha::Opaque;
+                textures.of_if(is_needed, scene, info, &what)
             }
-            _ => None,
+            None => None,
         };
         material.metallic_roughness_texture = None;
         let texture = match &factors.specular_glossiness_texture {
-            Some(info) if colors => {
+            Some(info) => {
                 let what = format!("the specular-glossiness texture of material {name}");
-                textures.of(scene, info, &what)
+                textures.of_if(colors, scene, info, &what)
             }
-            _ => None,
+            None => None,
         };
         let [r, g, b] = factors.specular_factor.0;
         let glossiness = factors.glossiness_factor.0;

@@ -162,6 +162,16 @@ fn read_primitive(
         mesh.uvs.resize_with(mesh.uvs.len().max(set + 1), Vec::new);
         mesh.uvs[set] = uvs.into_iter().map(Vec2::from).collect();
     }
+    for (semantic, index) in &primitive.attributes {
+        // Read by no texture, but what is wrong with them is said all the same.
+        if let Checked::Valid(Semantic::TexCoords(set)) = semantic
+            && mesh.uvs.get(*set as usize).is_none_or(Vec::is_empty)
+        {
+            let name = format!("TEXCOORD_{set}");
+            let uvs = document.floats_or::<2>(*index, &part(&name), [0.0; 2]);
+            document.optional(uvs.and_then(|uvs| same(uvs.len(), &name)));
+        }
+    }
     if let Some(index) = attribute(Semantic::Colors(0)) {
         let colors = read_colors(document, index, &part("COLOR_0"))
             .and_then(|colors| same(colors.len(), "COLOR_0").map(|()| colors));

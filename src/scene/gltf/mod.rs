@@ -70,9 +70,14 @@ const SHAPELESS: [&str; 6] = [
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 
+/// Writes a file anew without compressed meshes.
+const DECOMPRESS: &str = "npx @gltf-transform/cli copy IN.glb OUT.glb";
+
 /// Commands that convert what is not read.
-const CONVERTERS: [(&str, &str); 2] = [
-    (DRACO, "npx @gltf-transform/cli copy IN.glb OUT.glb"),
+const CONVERTERS: [(&str, &str); 4] = [
+    (DRACO, DECOMPRESS),
+    ("EXT_meshopt_compression", DECOMPRESS),
+    ("KHR_meshopt_compression", DECOMPRESS),
     (
         "KHR_texture_basisu",
         "npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
