@@ -71,6 +71,7 @@ const LIMITS: &[&str] = &[
     "max_tracks",
     "max_path_bytes",
     "max_state_bytes",
+    "max_work_per_byte",
 ];
 
 const ENCODE: &[Effect] = &[
