@@ -455,7 +455,7 @@ fn bad_input_is_one_sentence_that_names_the_file() {
     refuses(
         at,
         &render("box.dapple", "hall"),
-        &["box.dapple", "another scene"],
+        &["box.dapple", "another version of the scene"],
     );
     assert!(!at.join("a.png").exists());
 

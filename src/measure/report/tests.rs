@@ -94,8 +94,8 @@ fn files_are_written_and_json_has_no_infinity() {
     write(&Report::default(), &data, folder.path()).expect("written");
     let json = std::fs::read_to_string(folder.path().join("report.json")).expect("read");
     assert_eq!(json, "{\n  \"psnr\": null\n}\n");
-    let missing = folder.path().join("no/such/folder");
-    assert!(write(&Report::default(), &data, &missing).is_err());
+    let below_a_file = folder.path().join("report.json/folder");
+    assert!(write(&Report::default(), &data, &below_a_file).is_err());
 }
 
 /// A page of every kind of content. `DAPPLE_KEEP_REPORT=DIR` keeps it to be looked at.
