@@ -79,13 +79,13 @@ fn summary(args: &Args, report: &Report) -> String {
     );
     if args.encode.model.contains(&Model::Points) {
         text += &format!(
-            "{:.4} candidates per m2 ({:.4} to {:.4}), AO distance {:.4} m, in a scene {:.3} m across\n\
+            "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\
              {} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
-            report.density,
-            report.lowest_density,
-            report.highest_density,
-            report.distance,
-            report.scene_size,
+            output::significant(report.density.into()),
+            output::significant(report.lowest_density.into()),
+            output::significant(report.highest_density.into()),
+            output::significant(report.distance.into()),
+            output::significant(report.scene_size.into()),
             grouped(report.points as u64),
             grouped(report.cells as u64),
             grouped(report.dropped_points),

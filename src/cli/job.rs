@@ -169,18 +169,6 @@ impl SceneArgs {
         for warning in &scene.warnings {
             output::warn(&format!("{}: {warning}", scene.name));
         }
-        if scene.length_scale() != 1.0 {
-            let fitted = Options::for_scene(&scene);
-            output::warn(&format!(
-                "{}: it is {:.3} m across, and these suit it: --density {:.4}, --distance {:.4}, near \
-                 plane {:.4} m",
-                scene.name,
-                scene.size(),
-                fitted.density.candidates,
-                fitted.distance,
-                scene.near_plane(),
-            ));
-        }
         Ok(scene)
     }
 }

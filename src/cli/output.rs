@@ -146,6 +146,20 @@ pub fn is_closed_pipe(error: &Error) -> bool {
         if path.as_os_str() == NAME && source.kind() == ErrorKind::BrokenPipe)
 }
 
+/// A number with four significant digits, without zeros at its end.
+pub fn significant(value: f64) -> String {
+    let before = value.abs().log10().floor();
+    let decimals = match before.is_finite() {
+        true => (3.0 - before).clamp(0.0, 12.0) as usize,
+        false => 0,
+    };
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 /// Rows of text in columns two spaces apart: the first column flush left, the others flush right.
 pub fn columns(rows: &[Vec<String>]) -> String {
     let length = |text: &str| text.chars().count();
@@ -174,4 +188,23 @@ pub fn columns(rows: &[Vec<String>]) -> String {
         text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn significant_digits_are_four() {
+        for (value, text) in [
+            (0.6, "0.6"),
+            (2048.0002, "2048"),
+            (0.000_862_13, "0.0008621"),
+            (123_456.0, "123456"),
+            (0.0, "0"),
+            (5.7446, "5.745"),
+        ] {
+            assert_eq!(significant(value), text);
+        }
+    }
 }

@@ -213,6 +213,7 @@ fn drawn(
             let tracer = Tracer::new(scene, pose);
             let fitted = || Options::for_scene(scene).distance;
             let distance = args.distance.unwrap_or_else(fitted);
+            note = format!("; AO distance {} m", output::significant(distance.into()));
             let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, distance, 0);
             (frame, mean_of_halves(&a, &b))
         }

@@ -1,0 +1,140 @@
+//! Time of frames that cost a decoder as much as they can for their bytes, and the seconds that 1 MB
+//! of them costs under default limits:
+//! `cargo bench -p dapple-codec --bench hostile`.
+
+#[allow(dead_code)]
+#[path = "../tests/common/mod.rs"]
+mod common;
+#[allow(dead_code)]
+#[path = "../tests/common/volumes.rs"]
+mod volumes;
+
+#[allow(unused_imports)]
+use common::Random;
+use std::time::Instant;
+
+use dapple_codec::probes::{Coding, Probe};
+use dapple_codec::*;
+
+/// Frames of a stream after the first.
+const FRAMES: u64 = 60;
+
+/// Bytes of a stream that the seconds are for.
+const BYTES: u64 = 1_000_000;
+
+/// Probes of a volume that takes nearly all of the default `state_bytes`.
+const DIMS: [u16; 3] = [142; 3];
+
+/// A stream over one volume and the bytes of its first frame; `frame` appends the records of one.
+fn stream(
+    mut frame: impl FnMut(&mut Encoder, &mut volumes::Room, u64, &mut Vec<u8>) -> Result<()>,
+) -> (Vec<u8>, usize) {
+    let volume = volumes::volume(DIMS, 0, Coding::Packed(volumes::STEPS));
+    let mut room = volumes::Room::new(1, volume);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).expect("a stream");
+    encoder
+        .group(&mut out, GroupStart::Keyframes)
+        .expect("a group");
+    encoder
+        .tracks(&mut out, &[room.track.clone()])
+        .expect("a track");
+    let (mut number, mut first) = (0, 0);
+    loop {
+        let before = out.len();
+        let written = frame(&mut encoder, &mut room, number, &mut out);
+        if written.is_err() || number > FRAMES {
+            out.truncate(before);
+            return (out, first);
+        }
+        room.base.clone_from(&room.probes);
+        if number == 0 {
+            first = out.len();
+        }
+        number += 1;
+    }
+}
+
+/// Lets one probe come and go.
+fn toggle(room: &mut volumes::Room, number: u64) {
+    room.probes[1_400_000] = match number % 2 {
+        0 => Probe {
+            level: 1,
+            codes: std::array::from_fn(|code| if code == 0 { 200 } else { 0 }),
+        },
+        _ => Probe::ABSENT,
+    };
+}
+
+fn send(
+    encoder: &mut Encoder,
+    room: &volumes::Room,
+    coverage: Coverage,
+    number: u64,
+    out: &mut Vec<u8>,
+) -> Result<()> {
+    encoder.probes(out, coverage, &[room.update()], Compression::None)?;
+    encoder.commit(out, number, None)?;
+    Ok(())
+}
+
+fn main() {
+    let first = |number| match number {
+        0 => Coverage::Keyframe,
+        _ => Coverage::Delta,
+    };
+    let streams = [
+        (
+            "a probe comes and goes",
+            stream(|encoder, room, number, out| {
+                toggle(room, number);
+                send(encoder, room, first(number), number, out)
+            }),
+        ),
+        (
+            "the same, with a digest for each frame",
+            stream(|encoder, room, number, out| {
+                toggle(room, number);
+                send(encoder, room, first(number), number, out)?;
+                let digest = encoder.state_digest();
+                encoder.group(out, GroupStart::State(digest))
+            }),
+        ),
+        (
+            "a keyframe in each frame",
+            stream(|encoder, room, number, out| {
+                if number > 0 {
+                    encoder.group(out, GroupStart::Keyframes)?;
+                    encoder.tracks(out, &[room.track.clone()])?;
+                }
+                toggle(room, number);
+                send(encoder, room, Coverage::Keyframe, number, out)
+            }),
+        ),
+    ];
+    for (name, (bytes, first)) in &streams {
+        let mut decoder = Decoder::new(Limits::default());
+        let mut feed = |mut bytes: &[u8]| {
+            let start = Instant::now();
+            while !bytes.is_empty() {
+                match decoder.push(bytes) {
+                    Ok((used, _)) => bytes = &bytes[used..],
+                    Err(error) => panic!("{name}: {error}"),
+                }
+            }
+            (start.elapsed().as_secs_f64(), decoder.work() as f64)
+        };
+        let (start_up, before) = feed(&bytes[..*first]);
+        let (seconds, work) = feed(&bytes[*first..]);
+        // As many as 1 MB holds, or as the limit of work lets pass.
+        let limits = Limits::default();
+        let most = (limits.state_bytes / 2 + u64::from(limits.work_per_byte) * BYTES) as f64;
+        let size = (bytes.len() - first) as f64 / FRAMES as f64;
+        let frames = (BYTES as f64 / size).min((most - before) / ((work - before) / FRAMES as f64));
+        println!(
+            "{name}: {size:.0} bytes, {:.3} ms a frame; 1 MB: {frames:.0} frames, {:.1} s",
+            seconds / FRAMES as f64 * 1e3,
+            start_up + frames * seconds / FRAMES as f64,
+        );
+    }
+}
