@@ -41,10 +41,10 @@ pub(crate) trait Part {
         tracks: &mut [LiveTrack],
     ) -> Result<(), Fault>;
 
-    /// How many tracks of the frame in the making have content.
+    /// How many tracks of the pending frame have content.
     fn staged(&self) -> usize;
 
-    /// Drops the content of all tracks of the frame in the making but the first `kept`.
+    /// Drops the content of all tracks of the pending frame but the first `kept`.
     fn unstage(&mut self, kept: usize, emptied: bool, tracks: &mut [LiveTrack]);
 
     /// Drops the frame in the making.

@@ -71,7 +71,7 @@ pub(crate) struct Pending {
 }
 
 impl Session {
-    /// What there is of the frame in the making.
+    /// The size of the pending frame: what it can be taken back to.
     pub(crate) fn pending(&mut self) -> Pending {
         Pending {
             open: self.open,

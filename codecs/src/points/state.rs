@@ -247,7 +247,7 @@ impl State {
         self.next_homes[place.cells()].fill(EMPTY);
     }
 
-    /// The frame in the making starts with the cells that a track has.
+    /// The pending frame starts with the cells that a track has.
     pub(super) fn expect_committed(&mut self, index: usize) {
         let place = &self.places[index];
         let homes = self.next_homes[place.cells()].iter_mut();
