@@ -2,10 +2,8 @@
 //! of them costs under default limits:
 //! `cargo bench -p dapple-codec --bench hostile`.
 
-#[allow(dead_code)]
 #[path = "../tests/common/mod.rs"]
 mod common;
-#[allow(dead_code)]
 #[path = "../tests/common/volumes.rs"]
 mod volumes;
 
@@ -37,7 +35,7 @@ fn stream(
         .group(&mut out, GroupStart::Keyframes)
         .expect("a group");
     encoder
-        .tracks(&mut out, &[room.track.clone()])
+        .tracks(&mut out, std::slice::from_ref(&room.track))
         .expect("a track");
     let (mut number, mut first) = (0, 0);
     loop {
@@ -105,7 +103,7 @@ fn main() {
             stream(|encoder, room, number, out| {
                 if number > 0 {
                     encoder.group(out, GroupStart::Keyframes)?;
-                    encoder.tracks(out, &[room.track.clone()])?;
+                    encoder.tracks(out, std::slice::from_ref(&room.track))?;
                 }
                 toggle(room, number);
                 send(encoder, room, Coverage::Keyframe, number, out)
