@@ -1,11 +1,11 @@
 //! Inputs of a command: scenes from files or standard input, and what must not be written over.
 
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, Scene, uri_paths};
 use crate::{Error, Result, files};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{IsTerminal, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Most bytes of a scene that are read from standard input; no binary glTF file is larger.
 const MAX_STDIN_BYTES: u64 = 1 << 32;
@@ -50,8 +50,9 @@ pub fn protect_scene(path: &Path) {
     files::protect(path);
     let folder = path.parent().unwrap_or(Path::new(""));
     for name in json(path).iter().flat_map(|json| uris(json)) {
-        files::protect(&folder.join(name));
-        files::protect(&folder.join(percent_decode(name)));
+        for path in uri_paths(folder, name) {
+            files::protect(&path);
+        }
     }
 }
 
@@ -90,27 +91,6 @@ fn uris(json: &Value) -> Vec<&str> {
     }
 }
 
-/// Replaces each `%XX` by its byte; text that is no UTF-8 then names no file of a scene.
-fn percent_decode(uri: &str) -> PathBuf {
-    let bytes = uri.as_bytes();
-    let digit = |at: usize| bytes.get(at).and_then(|b| char::from(*b).to_digit(16));
-    let mut out = Vec::with_capacity(bytes.len());
-    let mut at = 0;
-    while at < bytes.len() {
-        match (bytes[at], digit(at + 1), digit(at + 2)) {
-            (b'%', Some(high), Some(low)) => {
-                out.push((high * 16 + low) as u8);
-                at += 3;
-            }
-            (byte, _, _) => {
-                out.push(byte);
-                at += 1;
-            }
-        }
-    }
-    String::from_utf8(out).unwrap_or_default().into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,11 +100,13 @@ mod tests {
     fn files_of_a_scene_are_protected() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
-        for name in ["a b.bin", "colour.png", "other.png"] {
+        std::fs::create_dir(at("maps")).expect("a folder");
+        for name in ["a b.bin", "colour.png", "maps/stone.png", "other.png"] {
             std::fs::write(at(name), b"data").expect("written");
         }
         let text = r#"{"buffers":[{"uri":"a%20b.bin"}],
-            "images":[{"uri":"colour.png"},{"uri":"data:,"},{"uri":"gone.png"}]}"#;
+            "images":[{"uri":"colour.png"},{"uri":"data:,"},{"uri":"gone.png"},
+            {"uri":"maps\\stone.png"}]}"#;
         let mut binary = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
         binary.extend_from_slice(&(text.len() as u32).to_le_bytes());
         binary.extend_from_slice(b"JSON");
@@ -133,10 +115,13 @@ mod tests {
         for (name, bytes) in [("a.gltf", text.as_bytes()), ("a.glb", &binary)] {
             std::fs::write(at(name), bytes).expect("written");
             let json = json(&at(name)).expect("JSON");
-            assert_eq!(uris(&json), ["a%20b.bin", "colour.png", "gone.png"]);
+            assert_eq!(
+                uris(&json),
+                ["a%20b.bin", "colour.png", "gone.png", r"maps\stone.png"]
+            );
         }
         protect_scene(&at("a.gltf"));
-        for name in ["a.gltf", "a b.bin", "colour.png"] {
+        for name in ["a.gltf", "a b.bin", "colour.png", "maps/stone.png"] {
             assert!(NewFile::create(&at(name)).is_err(), "{name}");
         }
         for name in ["a.glb", "other.png", "gone.png"] {

@@ -27,6 +27,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Affine3A, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
+pub use gltf::uri_paths;
 pub use size::length_scale;
 pub use surface::Surface;
 

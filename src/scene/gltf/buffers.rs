@@ -51,11 +51,18 @@ pub(super) fn resolve(uri: &str, folder: Option<&Path>, what: &str) -> Read<Vec<
     std::fs::read(&path).map_err(|e| failed(&e))
 }
 
+/// Paths in `folder` that a relative URI may name, the likeliest first: percent-decoded, with the
+/// separators of Windows, which some exporters write, as those of a URI, and as it stands.
+pub fn uri_paths(folder: &Path, uri: &str) -> [PathBuf; 3] {
+    let decoded = percent_decode(uri);
+    let slashed = decoded.replace('\\', "/");
+    [&decoded, slashed.trim(), uri].map(|name| folder.join(name))
+}
+
 /// The file that a URI names.
 pub(super) fn find(uri: &str, folder: Option<&Path>, what: &str) -> Read<PathBuf> {
     let shown = shorten(uri, 80);
     let decoded = percent_decode(uri);
-    // Some exporters write the separators of Windows.
     let slashed = decoded.replace('\\', "/");
     let is_scheme = |c: char| c.is_ascii_alphanumeric() || "+-.".contains(c);
     let has_scheme = uri
@@ -72,14 +79,9 @@ pub(super) fn find(uri: &str, folder: Option<&Path>, what: &str) -> Read<PathBuf
             "{what} is in the file {shown}, which cannot be looked up here"
         ));
     };
-    let literal = folder.join(uri);
-    let candidates = [folder.join(&decoded), folder.join(slashed.trim())];
-    let path = match candidates.iter().find(|path| path.is_file()) {
-        Some(path) => path,
-        // A name that has percent signs of its own.
-        None if literal.is_file() => &literal,
-        None => &candidates[1],
-    };
+    let paths = uri_paths(folder, uri);
+    let path = paths.iter().find(|path| path.is_file());
+    let path = path.unwrap_or(&paths[1]);
     let failed = |e: String| format!("{what}: {}: {e}", shorten(&path.to_string_lossy(), 256));
     let metadata = std::fs::metadata(path).map_err(|e| failed(e.to_string()))?;
     check_file(&metadata).map_err(failed)?;

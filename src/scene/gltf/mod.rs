@@ -25,6 +25,8 @@ mod skins;
 mod tests;
 mod transparency;
 
+pub use buffers::uri_paths;
+
 use super::{LoadOptions, Scene};
 use crate::{Error, Result};
 use ::gltf::json;
