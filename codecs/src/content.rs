@@ -3,8 +3,8 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
-use crate::model::Kind;
+use crate::error::ErrorKind;
+use crate::model::ModelKind;
 use crate::track::LiveTrack;
 use crate::wire::put_u32;
 
@@ -21,7 +21,7 @@ pub enum Coverage {
     Delta,
 }
 
-/// What a frame in the making builds on.
+/// What a pending frame builds on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Base {
     /// It starts from an empty state: the first one of a group that starts from keyframes.
@@ -32,9 +32,9 @@ pub(crate) struct Base {
 
 /// The errors of a model for what is too short or long, and for what has to be 0.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ShapeFaults {
-    pub(crate) size: Fault,
-    pub(crate) reserved: Fault,
+pub(crate) struct ShapeErrors {
+    pub(crate) size: ErrorKind,
+    pub(crate) reserved: ErrorKind,
 }
 
 /// The first bytes of a payload, read and checked.
@@ -49,7 +49,7 @@ pub(crate) struct Head {
 
 impl Head {
     /// Reads the sixteen bytes and makes sure that the table is there.
-    pub(crate) fn read(payload: &[u8], base: Base, faults: ShapeFaults) -> Result<Head, Fault> {
+    pub(crate) fn read(payload: &[u8], base: Base, faults: ShapeErrors) -> Result<Head, ErrorKind> {
         let words = payload.as_chunks::<4>().0;
         let Some(&[count, flags, base_frame, reserved]) = words.first_chunk() else {
             return Err(faults.size);
@@ -62,7 +62,7 @@ impl Head {
             return Err(faults.reserved);
         }
         if !keyframe && (base.emptied || base.last_frame != Some(base_frame)) {
-            return Err(Fault::MissingBase);
+            return Err(ErrorKind::MissingBase);
         }
         let end = HEAD_BYTES as u64 + u64::from(count) * ENTRY_BYTES as u64;
         if end > payload.len() as u64 {
@@ -86,9 +86,9 @@ impl Head {
         &mut self,
         payload: &[u8],
         index: usize,
-        kind: Kind,
+        kind: ModelKind,
         tracks: &[LiveTrack],
-    ) -> Result<Entry, Fault> {
+    ) -> Result<Entry, ErrorKind> {
         let start = HEAD_BYTES + index * ENTRY_BYTES;
         let word = |k: usize| {
             let at = start + 4 * k;
@@ -97,20 +97,20 @@ impl Head {
         };
         let id = word(0);
         if u64::from(id) < self.above {
-            return Err(Fault::EntryOrder);
+            return Err(ErrorKind::EntryOrder);
         }
         self.above = u64::from(id) + 1;
         let slot = tracks.binary_search_by_key(&id, |live| live.track.id);
-        let slot = slot.map_err(|_| Fault::UnknownTrack)?;
+        let slot = slot.map_err(|_| ErrorKind::UnknownTrack)?;
         let live = &tracks[slot];
         if live.removed {
-            return Err(Fault::UnknownTrack);
+            return Err(ErrorKind::UnknownTrack);
         }
         if live.track.model.kind() != kind {
-            return Err(Fault::TrackModel);
+            return Err(ErrorKind::TrackModel);
         }
         if live.staged {
-            return Err(Fault::TrackTwice);
+            return Err(ErrorKind::TrackTwice);
         }
         Ok(Entry {
             slot,

@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use crate::Limits;
 use crate::container::unpack::Unpacker;
 use crate::container::{HEADER_BYTES, RecordHeader};
-use crate::error::{Fault, Result};
+use crate::error::{ErrorKind, Result};
 use crate::frame::FrameInfo;
 use crate::points::State;
 use crate::records::Session;
@@ -177,8 +177,8 @@ impl Decoder {
     pub fn finish(&self) -> Result<()> {
         match self.phase {
             Phase::Ended => Ok(()),
-            Phase::Failed(_) => Err(self.error(Fault::Failed)),
-            _ => Err(self.error(Fault::Truncated)),
+            Phase::Failed(_) => Err(self.error(ErrorKind::Failed)),
+            _ => Err(self.error(ErrorKind::Truncated)),
         }
     }
 
@@ -189,7 +189,7 @@ impl Decoder {
     pub fn finish_live(&self) -> Result<()> {
         match self.phase {
             Phase::Header if self.head_bytes == 0 && self.session.is_open() => {
-                Err(self.error(Fault::Uncommitted))
+                Err(self.error(ErrorKind::Uncommitted))
             }
             Phase::Header if self.head_bytes == 0 && self.session.rate.is_some() => Ok(()),
             _ => self.finish(),

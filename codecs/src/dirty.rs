@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
-use crate::room::reserve_exact;
+use crate::error::ErrorKind;
+use crate::reserve::reserve_exact;
 
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
 /// upload call.
@@ -28,14 +28,14 @@ pub(crate) struct DirtyList {
 
 impl DirtyList {
     /// No ranges, of which there are at most `most` once they are settled. Reserves all its memory.
-    pub(crate) fn new(most: usize) -> Result<DirtyList, Fault> {
+    pub(crate) fn new(most: usize) -> Result<DirtyList, ErrorKind> {
         let mut list = DirtyList::default();
         list.reserve(most)?;
         Ok(list)
     }
 
     /// Sets how many ranges there may be once they are settled, and reserves memory for them.
-    pub(crate) fn reserve(&mut self, most: usize) -> Result<(), Fault> {
+    pub(crate) fn reserve(&mut self, most: usize) -> Result<(), ErrorKind> {
         self.most = most;
         let more = (4 * most).saturating_sub(self.ranges.len());
         reserve_exact(&mut self.ranges, more)

@@ -11,8 +11,8 @@ use crate::container::{
     record_type,
 };
 use crate::content::Coverage;
-use crate::error::{Failure, Fault, Result};
-use crate::model::{Kind, Model};
+use crate::error::{ErrorDetail, ErrorKind, Result};
+use crate::model::{Model, ModelKind};
 use crate::points::{self, Update};
 use crate::probes;
 use crate::records::{Pending, Session};
@@ -83,7 +83,7 @@ impl Encoder {
     /// 1003 for another version, 2003 for a tick rate with a zero.
     pub fn new(config: EncoderConfig, out: &mut Vec<u8>) -> Result<Encoder> {
         if config.container_version != CONTAINER_VERSION {
-            return Err(Failure::from(Fault::ContainerVersion).at(0));
+            return Err(ErrorDetail::from(ErrorKind::ContainerVersion).at(0));
         }
         let start = out.len();
         let preamble = Preamble {
@@ -197,14 +197,14 @@ impl Encoder {
         let bytes = |update: &Update<'_>| 36 * (update.buckets.len() + update.cells.len());
         self.content(
             out,
-            (Kind::Points, compression),
+            (ModelKind::Points, compression),
             coverage,
             updates,
             bytes,
             |session, base, now, payload| {
                 let grid_of = |id| match &session.live(id)?.track.model {
                     Model::Points(grid) => Ok(grid),
-                    _ => Err(Fault::TrackModel),
+                    _ => Err(ErrorKind::TrackModel),
                 };
                 points::write_payload(base, now, grid_of, payload)
             },
@@ -229,7 +229,7 @@ impl Encoder {
         };
         self.content(
             out,
-            (Kind::Probes, compression),
+            (ModelKind::Probes, compression),
             coverage,
             updates,
             bytes,
@@ -240,7 +240,7 @@ impl Encoder {
                         Model::Probes(volume) => {
                             Ok((volume, session.parts.probes.state.probes_of(live)))
                         }
-                        _ => Err(Fault::TrackModel),
+                        _ => Err(ErrorKind::TrackModel),
                     }
                 };
                 probes::write_payload(base, now, volume_of, payload)
@@ -253,17 +253,17 @@ impl Encoder {
     fn content<U>(
         &mut self,
         out: &mut Vec<u8>,
-        (kind, compression): (Kind, Compression),
+        (kind, compression): (ModelKind, Compression),
         coverage: Coverage,
         updates: &[U],
         bytes: impl Fn(&U) -> usize,
-        write: impl Fn(&Session, Option<u32>, &[U], &mut Vec<u8>) -> core::result::Result<(), Fault>,
+        write: impl Fn(&Session, Option<u32>, &[U], &mut Vec<u8>) -> core::result::Result<(), ErrorKind>,
     ) -> Result<()> {
         let base = match (coverage, self.last_frame()) {
             (Coverage::Keyframe, _) => None,
             (Coverage::Delta, Some(frame)) => Some(frame),
             (Coverage::Delta, None) => {
-                return Err(Failure::from(Fault::MissingBase).at(self.written));
+                return Err(ErrorDetail::from(ErrorKind::MissingBase).at(self.written));
             }
         };
         let most = RECORD_BYTES.min(self.limits.unpacked_bytes as usize / 2);
@@ -289,7 +289,7 @@ impl Encoder {
                 |session, payload| Ok(write(session, base, now, payload)?),
                 |session, payload, limits| {
                     let bytes = payload.len();
-                    let space = session.content_room(bytes, limits)?;
+                    let space = session.reserve_content(bytes, limits)?;
                     space.copy_from_slice(payload);
                     session.content(kind, bytes)
                 },
@@ -330,7 +330,7 @@ impl Encoder {
             out,
             (record_type::COMMIT, Compression::None),
             |_, payload| {
-                let frame = frame.ok_or(Fault::FrameNumber)?;
+                let frame = frame.ok_or(ErrorKind::FrameNumber)?;
                 Commit {
                     tick,
                     frame,
@@ -359,7 +359,7 @@ impl Encoder {
             (record_type::END, Compression::None),
             |session, payload| {
                 if session.is_open() {
-                    return Err(Fault::Uncommitted.into());
+                    return Err(ErrorKind::Uncommitted.into());
                 }
                 end.write(payload);
                 Ok(())
@@ -391,8 +391,8 @@ impl Encoder {
         &mut self,
         out: &mut Vec<u8>,
         (kind, compression): (u16, Compression),
-        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), Failure>,
-        read: impl FnOnce(&mut Session, &[u8], &Limits) -> core::result::Result<T, Failure>,
+        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), ErrorDetail>,
+        read: impl FnOnce(&mut Session, &[u8], &Limits) -> core::result::Result<T, ErrorDetail>,
     ) -> Result<T> {
         let start = out.len();
         let result = self.pack(out, compression, write).and_then(|packing| {
@@ -431,10 +431,10 @@ impl Encoder {
         &mut self,
         out: &mut Vec<u8>,
         compression: Compression,
-        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), Failure>,
-    ) -> core::result::Result<Packing, Failure> {
+        write: impl FnOnce(&Session, &mut Vec<u8>) -> core::result::Result<(), ErrorDetail>,
+    ) -> core::result::Result<Packing, ErrorDetail> {
         if self.ended {
-            return Err(Fault::TrailingBytes.into());
+            return Err(ErrorKind::TrailingBytes.into());
         }
         self.payload.clear();
         write(&self.session, &mut self.payload)?;

@@ -5,7 +5,7 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// Below this the range is renormalised by a byte.
 const TOP: u32 = 1 << 24;
@@ -82,8 +82,11 @@ impl<'a> Reader<'a> {
     /// A reader of `bytes`.
     ///
     /// # Errors
-    /// [`Fault::ProbesEntropy`] where the code is not below the range, which no writer writes.
-    pub(crate) fn new(bytes: &'a [u8], contexts: &'a mut [Context]) -> Result<Reader<'a>, Fault> {
+    /// [`ErrorKind::ProbesEntropy`] where the code is not below the range, which no writer writes.
+    pub(crate) fn new(
+        bytes: &'a [u8],
+        contexts: &'a mut [Context],
+    ) -> Result<Reader<'a>, ErrorKind> {
         let mut reader = Reader {
             contexts,
             bytes,
@@ -96,7 +99,7 @@ impl<'a> Reader<'a> {
         }
         match reader.code < reader.range {
             true => Ok(reader),
-            false => Err(Fault::ProbesEntropy),
+            false => Err(ErrorKind::ProbesEntropy),
         }
     }
 
@@ -126,7 +129,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The bytes were read neither by more than `code` holds, nor in part.
-    pub(crate) fn end(&self, fault: Fault) -> Result<(), Fault> {
+    pub(crate) fn end(&self, fault: ErrorKind) -> Result<(), ErrorKind> {
         let whole = self.bytes.len() <= self.taken;
         if whole && self.taken <= self.bytes.len() + CODE_BYTES {
             Ok(())
@@ -327,7 +330,7 @@ mod tests {
                     let mut reader = Reader::new(&bytes[1..], &mut contexts).unwrap();
                     let unknown: Vec<_> = bits.iter().map(|&(sort, _)| (sort, false)).collect();
                     assert_eq!(code(&mut reader, &unknown), bits);
-                    assert_eq!(reader.end(Fault::ProbesEntropy), Ok(()));
+                    assert_eq!(reader.end(ErrorKind::ProbesEntropy), Ok(()));
                     assert_eq!(bytes[0], 7, "a carry left its bytes");
                     // Entropy, plus what an estimate that never rests wastes, plus the start.
                     let entropy = |one: u32| {
@@ -371,7 +374,7 @@ mod tests {
                 let mut own = contexts;
                 let mut reader = Reader::new(&cut, &mut own).unwrap();
                 let got = code(&mut reader, &bits);
-                let ended = reader.end(Fault::ProbesEntropy).is_ok();
+                let ended = reader.end(ErrorKind::ProbesEntropy).is_ok();
                 if length >= bytes.len() {
                     assert_eq!(got, bits);
                     assert_eq!(ended, length <= taken);

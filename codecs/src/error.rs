@@ -1,10 +1,10 @@
-//! Errors: a layer, a kind, a stable number and a byte offset.
+//! Errors: a layer, a class, a stable number and a byte offset.
 
 use core::fmt;
 
 use crate::container::record_type;
-pub(crate) use crate::faults::Fault;
-use crate::faults::TABLE;
+pub(crate) use crate::error_kinds::ErrorKind;
+use crate::error_kinds::TABLE;
 
 /// The result of everything in this crate that can fail.
 pub type Result<T> = core::result::Result<T, Error>;
@@ -15,10 +15,10 @@ pub type Result<T> = core::result::Result<T, Error>;
 /// `spec/README.md` lists it. [`Error::name`] is its short name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// The layer that found the fault.
+    /// The layer of the format that the error belongs to.
     pub layer: Layer,
-    /// What sort of fault it is: what a program may branch on.
-    pub kind: Kind,
+    /// The class of the error, which a program may branch on.
+    pub class: ErrorClass,
     /// The stable number, such as 3005.
     pub id: u16,
     /// Byte offset in the stream: of the preamble, the record header or the record payload at
@@ -57,10 +57,10 @@ impl Layer {
     }
 }
 
-/// The sort of a fault.
+/// The class of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Kind {
+pub enum ErrorClass {
     /// The bytes break a rule of the format.
     Malformed,
     /// The input ends too early.
@@ -86,18 +86,18 @@ pub enum Kind {
     OutOfMemory,
 }
 
-impl Kind {
+impl ErrorClass {
     /// Its name in reports and in the table of `spec/README.md`, such as `LimitExceeded`.
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Malformed => "Malformed",
-            Kind::Truncated => "Truncated",
-            Kind::Unsupported => "Unsupported",
-            Kind::Checksum => "Checksum",
-            Kind::LimitExceeded { .. } => "LimitExceeded",
-            Kind::MissingBase => "MissingBase",
-            Kind::Usage => "Usage",
-            Kind::OutOfMemory => "OutOfMemory",
+            ErrorClass::Malformed => "Malformed",
+            ErrorClass::Truncated => "Truncated",
+            ErrorClass::Unsupported => "Unsupported",
+            ErrorClass::Checksum => "Checksum",
+            ErrorClass::LimitExceeded { .. } => "LimitExceeded",
+            ErrorClass::MissingBase => "MissingBase",
+            ErrorClass::Usage => "Usage",
+            ErrorClass::OutOfMemory => "OutOfMemory",
         }
     }
 }
@@ -152,72 +152,72 @@ impl Limit {
     }
 }
 
-/// A fault before its offset is known.
+/// An error before its offset is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Failure {
-    pub(crate) fault: Fault,
-    kind: Kind,
+pub(crate) struct ErrorDetail {
+    pub(crate) fault: ErrorKind,
+    class: ErrorClass,
     found: Option<u64>,
     track: Option<u32>,
 }
 
-impl From<Fault> for Failure {
-    fn from(fault: Fault) -> Self {
-        let kind = match fault {
-            Fault::PreambleChecksum
-            | Fault::HeaderChecksum
-            | Fault::PayloadChecksum
-            | Fault::EndDigest
-            | Fault::StateDigest => Kind::Checksum,
-            Fault::ContainerVersion
-            | Fault::Profile
-            | Fault::Compression
-            | Fault::RecordVersion
-            | Fault::UnknownCritical
-            | Fault::Model
-            | Fault::Coding
-            | Fault::Space
-            | Fault::GroupStart => Kind::Unsupported,
-            Fault::Truncated | Fault::Uncommitted => Kind::Truncated,
-            Fault::MissingBase | Fault::MissingGroupBase => Kind::MissingBase,
-            Fault::Failed | Fault::EncoderUse => Kind::Usage,
-            Fault::Memory => Kind::OutOfMemory,
-            _ => Kind::Malformed,
+impl From<ErrorKind> for ErrorDetail {
+    fn from(fault: ErrorKind) -> Self {
+        let class = match fault {
+            ErrorKind::PreambleChecksum
+            | ErrorKind::HeaderChecksum
+            | ErrorKind::PayloadChecksum
+            | ErrorKind::EndDigest
+            | ErrorKind::StateDigest => ErrorClass::Checksum,
+            ErrorKind::ContainerVersion
+            | ErrorKind::Profile
+            | ErrorKind::Compression
+            | ErrorKind::RecordVersion
+            | ErrorKind::UnknownCritical
+            | ErrorKind::Model
+            | ErrorKind::Coding
+            | ErrorKind::Space
+            | ErrorKind::GroupStart => ErrorClass::Unsupported,
+            ErrorKind::Truncated | ErrorKind::Uncommitted => ErrorClass::Truncated,
+            ErrorKind::MissingBase | ErrorKind::MissingGroupBase => ErrorClass::MissingBase,
+            ErrorKind::Failed | ErrorKind::EncoderUse => ErrorClass::Usage,
+            ErrorKind::Memory => ErrorClass::OutOfMemory,
+            _ => ErrorClass::Malformed,
         };
-        Failure {
+        ErrorDetail {
             fault,
-            kind,
+            class,
             found: None,
             track: None,
         }
     }
 }
 
-impl Failure {
+impl ErrorDetail {
     /// A claim beyond a limit.
-    pub(crate) fn limit(fault: Fault, which: Limit, asked: u64, allowed: u64) -> Failure {
-        let kind = Kind::LimitExceeded {
+    pub(crate) fn limit(fault: ErrorKind, which: Limit, asked: u64, allowed: u64) -> ErrorDetail {
+        let class = ErrorClass::LimitExceeded {
             which,
             asked,
             allowed,
         };
-        Failure {
-            kind,
-            ..Failure::from(fault)
+        ErrorDetail {
+            class,
+            ..ErrorDetail::from(fault)
         }
     }
 
     /// A number that is none of those that are known.
-    pub(crate) fn found(fault: Fault, number: impl Into<u64>) -> Failure {
-        Failure {
+    pub(crate) fn found(fault: ErrorKind, number: impl Into<u64>) -> ErrorDetail {
+        ErrorDetail {
             found: Some(number.into()),
-            ..Failure::from(fault)
+            ..ErrorDetail::from(fault)
         }
     }
 
     /// The same, of the declaration of a track.
-    pub(crate) fn of_track(self, id: u32) -> Failure {
-        Failure {
+    pub(crate) fn of_track(self, id: u32) -> ErrorDetail {
+        ErrorDetail {
             track: Some(id),
             ..self
         }
@@ -234,7 +234,7 @@ impl Failure {
         };
         Error {
             layer,
-            kind: self.kind,
+            class: self.class,
             id,
             offset,
             found: self.found,
@@ -250,12 +250,16 @@ impl Error {
     }
 }
 
-fn entry(id: u16) -> (Fault, &'static str, &'static str) {
+fn entry(id: u16) -> (ErrorKind, &'static str, &'static str) {
     TABLE
         .iter()
         .find(|(fault, _, _)| *fault as u16 == id)
         .copied()
-        .unwrap_or((Fault::Failed, "unknown", "an error of an unknown number"))
+        .unwrap_or((
+            ErrorKind::Failed,
+            "unknown",
+            "an error of an unknown number",
+        ))
 }
 
 impl fmt::Display for Error {
@@ -266,7 +270,7 @@ impl fmt::Display for Error {
             "E{} {name}, at byte {}: {sentence}",
             self.id, self.offset
         )?;
-        if let Kind::LimitExceeded { asked, allowed, .. } = self.kind {
+        if let ErrorClass::LimitExceeded { asked, allowed, .. } = self.class {
             write!(f, " ({asked} asked for, {allowed} allowed)")?;
         }
         if let Some(found) = self.found {
@@ -295,11 +299,11 @@ mod tests {
     fn the_specification_lists_every_error() {
         let readme = include_str!("../../spec/README.md");
         for (fault, name, sentence) in TABLE {
-            let kind = match Failure::from(*fault).kind {
+            let class = match ErrorDetail::from(*fault).class {
                 _ if name.ends_with("-limit") || *name == "zstd-window" => "LimitExceeded",
-                kind => kind.name(),
+                class => class.name(),
             };
-            let row = format!("| {} | {name} | {kind} | {sentence} |\n", *fault as u16);
+            let row = format!("| {} | {name} | {class} | {sentence} |\n", *fault as u16);
             assert!(readme.contains(&row), "spec/README.md lacks: {row}");
         }
         let rows = readme.lines().filter(|line| {
@@ -310,17 +314,17 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_named_as_they_are() {
+    fn class_names_are_variant_names() {
         for (fault, _, _) in TABLE {
-            let kind = Failure::from(*fault).kind;
-            assert_eq!(kind.name(), format!("{kind:?}"));
+            let class = ErrorDetail::from(*fault).class;
+            assert_eq!(class.name(), format!("{class:?}"));
         }
     }
 
     #[test]
     fn errors_are_one_sentence() {
         for (fault, name, _) in TABLE {
-            let error = Failure::from(*fault).at(99);
+            let error = ErrorDetail::from(*fault).at(99);
             assert_eq!(error.name(), *name);
             let text = format!("{error}");
             assert!(

@@ -1,10 +1,10 @@
-//! A frame: the payloads of the one in the making, and what is told of one that was committed.
+//! A frame: the payloads of the pending one, and what is told of one that was committed.
 
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use crate::error::Fault;
-use crate::room::{grown, make_room, reserve_exact};
+use crate::error::ErrorKind;
+use crate::reserve::{grown, reserve_bounded, reserve_exact};
 
 /// A frame that was committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct FrameInfo {
     pub transforms: u32,
 }
 
-/// Payloads of the frame in the making, one after the other: one buffer for the model records of all
+/// Payloads of the pending frame, one after the other: one buffer for the model records of all
 /// models, so that the limit of a frame bounds it once.
 #[derive(Default)]
 pub(crate) struct FrameBytes {
@@ -43,8 +43,8 @@ impl FrameBytes {
         &self.bytes[..self.used]
     }
 
-    /// Room for a payload, to be filled and then kept. The frame has no more than `most` bytes.
-    pub(crate) fn room(&mut self, bytes: usize, most: usize) -> Result<&mut [u8], Fault> {
+    /// Reserves memory for a payload, to be filled and then kept. The frame has no more than `most` bytes.
+    pub(crate) fn reserve(&mut self, bytes: usize, most: usize) -> Result<&mut [u8], ErrorKind> {
         let end = self.used + bytes;
         if self.used == 0 && self.bytes.capacity() < bytes {
             // Nothing in it to copy.
@@ -54,13 +54,13 @@ impl FrameBytes {
         }
         if self.bytes.len() < end {
             let more = end - self.bytes.len();
-            make_room(&mut self.bytes, more, most)?;
+            reserve_bounded(&mut self.bytes, more, most)?;
             self.bytes.resize(end, 0);
         }
         Ok(&mut self.bytes[self.used..end])
     }
 
-    /// Keeps what the room was filled with: all payloads with it, and where it lies in them.
+    /// Keeps what the reserved memory was filled with: all payloads with it, and where it lies in them.
     pub(crate) fn keep(&mut self, bytes: usize) -> (&mut [u8], Range<usize>) {
         let start = self.used;
         self.used += bytes;
@@ -84,11 +84,11 @@ mod tests {
 
     /// Frames that grow byte by byte cost few allocations, and none above what a frame may have.
     #[test]
-    fn room_for_payloads_doubles_within_the_frame() {
+    fn memory_of_payloads_doubles_within_the_frame() {
         let mut frame = FrameBytes::default();
         let (mut steps, mut kept) = (0, 0);
         for bytes in 1..=1000 {
-            assert_eq!(frame.room(bytes, 1000).unwrap().len(), bytes);
+            assert_eq!(frame.reserve(bytes, 1000).unwrap().len(), bytes);
             let capacity = frame.bytes.capacity();
             steps += u32::from(capacity != kept);
             kept = capacity;

@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
-use crate::room::filled;
+use crate::error::ErrorKind;
+use crate::reserve::filled;
 
 /// Numbers below a bound. Clearing it and walking it take a step for each 64 numbers between the
 /// smallest and the largest one, and none where it is empty.
@@ -16,7 +16,7 @@ pub(crate) struct IndexSet {
 
 impl IndexSet {
     /// The empty set of numbers below `bound`.
-    pub(crate) fn new(bound: usize) -> Result<IndexSet, Fault> {
+    pub(crate) fn new(bound: usize) -> Result<IndexSet, ErrorKind> {
         Ok(IndexSet {
             words: filled(bound.div_ceil(64), 0)?,
             first: 0,

@@ -1,7 +1,7 @@
 //! What a stream may ask of the machine that decodes it.
 
 use crate::container::unpack::Unpacker;
-use crate::error::{Failure, Fault, Limit};
+use crate::error::{ErrorDetail, ErrorKind, Limit};
 
 /// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
 /// the places that it may leave free.
@@ -90,13 +90,13 @@ impl Limits {
     }
 
     /// The limit of the work of a stream of which `bytes` came.
-    pub(crate) fn check_work(&self, work: u64, bytes: u64) -> Result<(), Failure> {
+    pub(crate) fn check_work(&self, work: u64, bytes: u64) -> Result<(), ErrorDetail> {
         let more = bytes.saturating_mul(self.work_per_byte.into());
         let allowed = more.saturating_add(self.state_bytes / 2);
         match work <= allowed {
             true => Ok(()),
-            false => Err(Failure::limit(
-                Fault::WorkLimit,
+            false => Err(ErrorDetail::limit(
+                ErrorKind::WorkLimit,
                 Limit::WorkPerByte,
                 work,
                 allowed,
@@ -105,14 +105,14 @@ impl Limits {
     }
 
     /// The limits of a record's payload, as stored and unpacked.
-    pub(crate) fn check_record(&self, stored: u64, unpacked: u64) -> Result<(), Failure> {
+    pub(crate) fn check_record(&self, stored: u64, unpacked: u64) -> Result<(), ErrorDetail> {
         for (fault, which, asked) in [
-            (Fault::StoredLimit, Limit::StoredBytes, stored),
-            (Fault::UnpackedLimit, Limit::UnpackedBytes, unpacked),
+            (ErrorKind::StoredLimit, Limit::StoredBytes, stored),
+            (ErrorKind::UnpackedLimit, Limit::UnpackedBytes, unpacked),
         ] {
             let allowed = self.get(which);
             if asked > allowed {
-                return Err(Failure::limit(fault, which, asked, allowed));
+                return Err(ErrorDetail::limit(fault, which, asked, allowed));
             }
         }
         Ok(())

@@ -4,7 +4,7 @@
 use alloc::vec::Vec;
 
 use crate::container::record_type;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::points::{self, Grid};
 use crate::probes::{self, Volume};
 use crate::wire::Reader;
@@ -30,71 +30,71 @@ pub enum LookupSpace {
 
 /// A model without parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ModelKind {
     Points,
     Probes,
 }
 
-impl Kind {
+impl ModelKind {
     /// The model of a number in a track's entry.
-    pub(crate) fn of_number(number: u16) -> Result<Kind, Fault> {
+    pub(crate) fn of_number(number: u16) -> Result<ModelKind, ErrorKind> {
         match number {
-            1 => Ok(Kind::Points),
-            2 => Ok(Kind::Probes),
-            _ => Err(Fault::Model),
+            1 => Ok(ModelKind::Points),
+            2 => Ok(ModelKind::Probes),
+            _ => Err(ErrorKind::Model),
         }
     }
 
     pub(crate) fn number(self) -> u16 {
         match self {
-            Kind::Points => 1,
-            Kind::Probes => 2,
+            ModelKind::Points => 1,
+            ModelKind::Probes => 2,
         }
     }
 
     /// The record that carries the content of the model.
     pub(crate) fn record_type(self) -> u16 {
         match self {
-            Kind::Points => record_type::POINTS,
-            Kind::Probes => record_type::PROBES,
+            ModelKind::Points => record_type::POINTS,
+            ModelKind::Probes => record_type::PROBES,
         }
     }
 
     /// The model whose content a record carries; none for the records of the container.
-    pub(crate) fn of_record(number: u16) -> Option<Kind> {
+    pub(crate) fn of_record(number: u16) -> Option<ModelKind> {
         match number {
-            record_type::POINTS => Some(Kind::Points),
-            record_type::PROBES => Some(Kind::Probes),
+            record_type::POINTS => Some(ModelKind::Points),
+            record_type::PROBES => Some(ModelKind::Probes),
             _ => None,
         }
     }
 
     /// The model has a coding of this number.
-    pub(crate) fn check_coding(self, coding: u16) -> Result<(), Fault> {
+    pub(crate) fn check_coding(self, coding: u16) -> Result<(), ErrorKind> {
         let codings = match self {
-            Kind::Points => points::CODINGS,
-            Kind::Probes => probes::CODINGS,
+            ModelKind::Points => points::CODINGS,
+            ModelKind::Probes => probes::CODINGS,
         };
         if coding < codings {
             Ok(())
         } else {
-            Err(Fault::Coding)
+            Err(ErrorKind::Coding)
         }
     }
 
     /// A track of the model may be looked up in this space.
-    pub(crate) fn check_space(self, space: LookupSpace) -> Result<(), Fault> {
+    pub(crate) fn check_space(self, space: LookupSpace) -> Result<(), ErrorKind> {
         match (self, space) {
-            (Kind::Probes, LookupSpace::Rest) => Err(Fault::Space),
+            (ModelKind::Probes, LookupSpace::Rest) => Err(ErrorKind::Space),
             _ => Ok(()),
         }
     }
 
-    /// The parameters of a track in a coding that [`Kind::check_coding`] took.
-    pub(crate) fn read(self, coding: u16, reader: &mut Reader<'_>) -> Result<Model, Fault> {
+    /// The parameters of a track in a coding that [`ModelKind::check_coding`] took.
+    pub(crate) fn read(self, coding: u16, reader: &mut Reader<'_>) -> Result<Model, ErrorKind> {
         Ok(match self {
-            Kind::Points => Model::Points(Grid::read(reader)?),
-            Kind::Probes => Model::Probes(Volume::read(coding, reader)?),
+            ModelKind::Points => Model::Points(Grid::read(reader)?),
+            ModelKind::Probes => Model::Probes(Volume::read(coding, reader)?),
         })
     }
 }
@@ -110,10 +110,10 @@ impl Model {
         }
     }
 
-    pub(crate) fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> ModelKind {
         match self {
-            Model::Points(_) => Kind::Points,
-            Model::Probes(_) => Kind::Probes,
+            Model::Points(_) => ModelKind::Points,
+            Model::Probes(_) => ModelKind::Probes,
         }
     }
 
@@ -126,7 +126,7 @@ impl Model {
     }
 
     /// The rules that hold for the parameters by themselves.
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ErrorKind> {
         match self {
             Model::Points(grid) => grid.check(),
             Model::Probes(volume) => volume.check(),

@@ -4,23 +4,23 @@ use core::ops::Range;
 
 use crate::content::Base;
 use crate::digest::StateDigest;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::frame::FrameInfo;
 use crate::track::{LiveTrack, Track};
 
 /// A model's share of the state: its tracks are known by their ids, and its content comes in payloads
-/// of the frame in the making.
+/// of the pending frame.
 pub(crate) trait Part {
     /// Plans room for tracks, those of other models left out. Returns the bytes of decoded state
     /// that there will be, or none where there are more items than indices count.
-    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault>;
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, ErrorKind>;
 
     /// Takes in the tracks of the last plan, empty. The model may have `most` bytes of state, which
     /// the plan is within, and `limit` tracks.
     ///
     /// # Errors
-    /// [`Fault::Memory`], with some of the tracks taken in perhaps; the caller removes them.
-    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), Fault>;
+    /// [`ErrorKind::Memory`], with some of the tracks taken in perhaps; the caller removes them.
+    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), ErrorKind>;
 
     /// Forgets the tracks whose ids `removed` picks, in one pass, and frees their memory for others.
     fn remove(&mut self, removed: &dyn Fn(u32) -> bool);
@@ -28,7 +28,7 @@ pub(crate) trait Part {
     /// Empties a track.
     fn empty(&mut self, id: u32);
 
-    /// The frame in the making starts with a track empty.
+    /// The pending frame starts with a track empty.
     fn expect_nothing(&mut self, id: u32);
 
     /// Checks a payload and keeps what is in it. `frame` has all payloads of the frame in the
@@ -39,7 +39,7 @@ pub(crate) trait Part {
         payload: Range<usize>,
         base: Base,
         tracks: &mut [LiveTrack],
-    ) -> Result<(), Fault>;
+    ) -> Result<(), ErrorKind>;
 
     /// How many tracks of the pending frame have content.
     fn staged(&self) -> usize;
@@ -47,7 +47,7 @@ pub(crate) trait Part {
     /// Drops the content of all tracks of the pending frame but the first `kept`.
     fn unstage(&mut self, kept: usize, emptied: bool, tracks: &mut [LiveTrack]);
 
-    /// Drops the frame in the making.
+    /// Drops the pending frame.
     fn revert(&mut self, emptied: bool, tracks: &[LiveTrack]);
 
     /// All content of the frame is there: [`Part::digest_staged`] and [`Part::apply`] come.

@@ -1,6 +1,6 @@
 //! The parts of all models, as a session holds them.
 
-use crate::model::Kind;
+use crate::model::ModelKind;
 use crate::part::Part;
 use crate::{points, probes};
 
@@ -15,17 +15,17 @@ impl Parts {
     /// What all parts keep of a track.
     pub(crate) const TRACK_BYTES: usize = points::Part::TRACK_BYTES + probes::Part::TRACK_BYTES;
 
-    pub(crate) fn of(&self, kind: Kind) -> &dyn Part {
+    pub(crate) fn of(&self, kind: ModelKind) -> &dyn Part {
         match kind {
-            Kind::Points => &self.points,
-            Kind::Probes => &self.probes,
+            ModelKind::Points => &self.points,
+            ModelKind::Probes => &self.probes,
         }
     }
 
-    pub(crate) fn of_mut(&mut self, kind: Kind) -> &mut dyn Part {
+    pub(crate) fn of_mut(&mut self, kind: ModelKind) -> &mut dyn Part {
         match kind {
-            Kind::Points => &mut self.points,
-            Kind::Probes => &mut self.probes,
+            ModelKind::Points => &mut self.points,
+            ModelKind::Probes => &mut self.probes,
         }
     }
 

@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
-use crate::room::reserve_exact;
+use crate::error::ErrorKind;
+use crate::reserve::reserve_exact;
 
 /// Free ranges `(start, length)`, ascending, never touching.
 #[derive(Default)]
@@ -13,7 +13,7 @@ pub(crate) struct FreeRanges {
 
 impl FreeRanges {
     /// The same ranges, with memory for `more` that are given back.
-    pub(crate) fn copy(&self, more: usize) -> Result<FreeRanges, Fault> {
+    pub(crate) fn copy(&self, more: usize) -> Result<FreeRanges, ErrorKind> {
         let mut free = Vec::new();
         reserve_exact(&mut free, self.free.len() + more)?;
         free.extend_from_slice(&self.free);

@@ -5,12 +5,12 @@ use alloc::vec::Vec;
 use crate::Limits;
 use crate::content::Base;
 use crate::digest::StateDigest;
-use crate::error::{Failure, Fault, Limit};
+use crate::error::{ErrorDetail, ErrorKind, Limit};
 use crate::frame::{FrameBytes, FrameInfo};
 use crate::limits::TRACK_BYTES;
-use crate::model::Kind;
+use crate::model::ModelKind;
 use crate::parts::Parts;
-use crate::room::make_room;
+use crate::reserve::reserve_bounded;
 use crate::session::{Commit, GroupStart, TickRate};
 use crate::track::{LiveTrack, Track, is_removed, read_removed, read_tracks};
 use crate::transforms::{Transform, read_transforms};
@@ -27,7 +27,7 @@ const _: () = assert!(
         <= TRACK_BYTES as usize
 );
 
-/// Tracks, committed state, and the frame in the making.
+/// Tracks, committed state, and the pending frame.
 #[derive(Default)]
 pub(crate) struct Session {
     pub(crate) rate: Option<TickRate>,
@@ -90,7 +90,7 @@ impl Session {
     }
 
     /// A declared track.
-    pub(crate) fn live(&self, id: u32) -> Result<&LiveTrack, Fault> {
+    pub(crate) fn live(&self, id: u32) -> Result<&LiveTrack, ErrorKind> {
         Ok(&self.tracks[find(&self.tracks, id)?])
     }
 
@@ -98,16 +98,16 @@ impl Session {
         self.open
     }
 
-    pub(crate) fn stream(&mut self, payload: &[u8]) -> Result<TickRate, Failure> {
+    pub(crate) fn stream(&mut self, payload: &[u8]) -> Result<TickRate, ErrorDetail> {
         let rate = TickRate::read(payload)?;
         self.rate = Some(rate);
         Ok(rate)
     }
 
-    pub(crate) fn group(&mut self, payload: &[u8]) -> Result<(u32, GroupStart), Failure> {
+    pub(crate) fn group(&mut self, payload: &[u8]) -> Result<(u32, GroupStart), ErrorDetail> {
         let (id, start) = GroupStart::read(payload)?;
         if self.open {
-            return Err(Fault::Uncommitted.into());
+            return Err(ErrorKind::Uncommitted.into());
         }
         match start {
             GroupStart::Keyframes => {
@@ -119,7 +119,7 @@ impl Session {
             }
             GroupStart::State(digest) => {
                 if self.last.is_none() {
-                    return Err(Fault::MissingGroupBase.into());
+                    return Err(ErrorKind::MissingGroupBase.into());
                 }
                 let known = self.known_digest.unwrap_or_else(|| {
                     let (known, work) = self.digest(false);
@@ -128,7 +128,7 @@ impl Session {
                 });
                 self.known_digest = Some(known);
                 if digest != known {
-                    return Err(Fault::MissingGroupBase.into());
+                    return Err(ErrorKind::MissingGroupBase.into());
                 }
             }
         }
@@ -138,7 +138,7 @@ impl Session {
     }
 
     /// Declares tracks: all of the record, or none. Returns how many are new.
-    pub(crate) fn declare(&mut self, payload: &[u8], limits: &Limits) -> Result<u32, Failure> {
+    pub(crate) fn declare(&mut self, payload: &[u8], limits: &Limits) -> Result<u32, ErrorDetail> {
         self.declared.clear();
         let (tracks, declared) = (&self.tracks, &mut self.declared);
         let mut next_id = self.next_id;
@@ -152,24 +152,24 @@ impl Session {
             {
                 return match live.track == track {
                     true => Ok(()),
-                    false => Err(Fault::TrackChanged.into()),
+                    false => Err(ErrorKind::TrackChanged.into()),
                 };
             }
             if u64::from(track.id) < next_id {
-                return Err(Fault::TrackReused.into());
+                return Err(ErrorKind::TrackReused.into());
             }
             let asked = (tracks.len() + declared.len() + 1) as u64;
             let allowed = u64::from(limits.tracks);
             if asked > allowed {
-                return Err(Failure::limit(
-                    Fault::TracksLimit,
+                return Err(ErrorDetail::limit(
+                    ErrorKind::TracksLimit,
                     Limit::Tracks,
                     asked,
                     allowed,
                 ));
             }
             next_id = u64::from(track.id) + 1;
-            make_room(declared, 1, limits.tracks as usize)?;
+            reserve_bounded(declared, 1, limits.tracks as usize)?;
             declared.push(track);
             Ok(())
         })?;
@@ -184,7 +184,7 @@ impl Session {
     }
 
     /// Adds the tracks that a record declared, or none.
-    fn add(&mut self, limits: &Limits) -> Result<(), Failure> {
+    fn add(&mut self, limits: &Limits) -> Result<(), ErrorDetail> {
         if self.declared.is_empty() {
             return Ok(());
         }
@@ -196,14 +196,14 @@ impl Session {
         }
         let sum = asked.iter().fold(0u64, |sum, &a| sum.saturating_add(a));
         if sum > most || asked.contains(&u64::MAX) {
-            return Err(Failure::limit(
-                Fault::StateLimit,
+            return Err(ErrorDetail::limit(
+                ErrorKind::StateLimit,
                 Limit::StateBytes,
                 sum,
                 most,
             ));
         }
-        make_room(&mut self.tracks, self.declared.len(), limit)?;
+        reserve_bounded(&mut self.tracks, self.declared.len(), limit)?;
         let added = (self.parts.all().into_iter().zip(asked))
             .try_for_each(|(part, asked)| part.add(&self.declared, most - (sum - asked), limit));
         if let Err(fault) = added {
@@ -219,15 +219,15 @@ impl Session {
         Ok(())
     }
 
-    pub(crate) fn remove(&mut self, payload: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn remove(&mut self, payload: &[u8]) -> Result<(), ErrorDetail> {
         self.removed.clear();
         let (tracks, removed) = (&self.tracks, &mut self.removed);
         read_removed(payload, |id| {
             let at = find(tracks, id)?;
-            make_room(removed, 1, tracks.len())?;
+            reserve_bounded(removed, 1, tracks.len())?;
             removed.push(at);
             if tracks[at].staged {
-                Err(Fault::TrackTwice)
+                Err(ErrorKind::TrackTwice)
             } else {
                 Ok(())
             }
@@ -239,15 +239,15 @@ impl Session {
         Ok(())
     }
 
-    pub(crate) fn transforms(&mut self, payload: &[u8]) -> Result<(), Failure> {
+    pub(crate) fn transforms(&mut self, payload: &[u8]) -> Result<(), ErrorDetail> {
         self.needs_group()?;
         if self.has_transforms {
-            return Err(Fault::TrackTwice.into());
+            return Err(ErrorKind::TrackTwice.into());
         }
         let (tracks, staged) = (&self.tracks, &mut self.staged_transforms);
         let read = read_transforms(payload, |id, transform| {
             let at = find(tracks, id)?;
-            make_room(staged, 1, tracks.len())?;
+            reserve_bounded(staged, 1, tracks.len())?;
             staged.push((at, transform));
             Ok(())
         });
@@ -258,26 +258,26 @@ impl Session {
     }
 
     /// Room for a model record's payload, to be filled before [`Session::content`].
-    pub(crate) fn content_room(
+    pub(crate) fn reserve_content(
         &mut self,
         bytes: usize,
         limits: &Limits,
-    ) -> Result<&mut [u8], Failure> {
+    ) -> Result<&mut [u8], ErrorDetail> {
         self.needs_group()?;
         let asked = self.frame.used() as u64 + bytes as u64;
         let allowed = u64::from(limits.frame_bytes);
         if asked > allowed {
-            return Err(Failure::limit(
-                Fault::FrameLimit,
+            return Err(ErrorDetail::limit(
+                ErrorKind::FrameLimit,
                 Limit::FrameBytes,
                 asked,
                 allowed,
             ));
         }
-        Ok(self.frame.room(bytes, limits.frame_bytes as usize)?)
+        Ok(self.frame.reserve(bytes, limits.frame_bytes as usize)?)
     }
 
-    pub(crate) fn content(&mut self, kind: Kind, bytes: usize) -> Result<(), Failure> {
+    pub(crate) fn content(&mut self, kind: ModelKind, bytes: usize) -> Result<(), ErrorDetail> {
         let base = Base {
             emptied: self.emptied,
             last_frame: self.last.map(|(frame, _)| frame),
@@ -291,15 +291,15 @@ impl Session {
         Ok(result?)
     }
 
-    pub(crate) fn commit(&mut self, payload: &[u8]) -> Result<FrameInfo, Failure> {
+    pub(crate) fn commit(&mut self, payload: &[u8]) -> Result<FrameInfo, ErrorDetail> {
         let commit = Commit::read(payload)?;
         self.needs_group()?;
         if let Some((frame, tick)) = self.last {
             if commit.frame <= frame {
-                return Err(Fault::FrameNumber.into());
+                return Err(ErrorKind::FrameNumber.into());
             }
             if commit.tick < tick {
-                return Err(Fault::Tick.into());
+                return Err(ErrorKind::Tick.into());
             }
         }
         self.parts.all().into_iter().for_each(|part| part.seal());
@@ -312,7 +312,7 @@ impl Session {
                 next
             });
             if digest != next {
-                return Err(Fault::StateDigest.into());
+                return Err(ErrorKind::StateDigest.into());
             }
             known = Some(next);
         }
@@ -408,7 +408,7 @@ impl Session {
         (digest.finish(), digest.work())
     }
 
-    /// Drops the frame in the making. Removals stay: a stream that goes on counts on them.
+    /// Drops the pending frame. Removals stay: a stream that goes on counts on them.
     pub(crate) fn revert(&mut self) {
         if self.has_content || self.emptied {
             for part in self.parts.all() {
@@ -453,20 +453,20 @@ impl Session {
         self.staged_transforms.clear();
     }
 
-    fn needs_group(&self) -> Result<(), Fault> {
+    fn needs_group(&self) -> Result<(), ErrorKind> {
         if self.in_group {
             Ok(())
         } else {
-            Err(Fault::NoGroup)
+            Err(ErrorKind::NoGroup)
         }
     }
 }
 
-fn find(tracks: &[LiveTrack], id: u32) -> Result<usize, Fault> {
+fn find(tracks: &[LiveTrack], id: u32) -> Result<usize, ErrorKind> {
     let at = tracks.binary_search_by_key(&id, |live| live.track.id);
-    let at = at.map_err(|_| Fault::UnknownTrack)?;
+    let at = at.map_err(|_| ErrorKind::UnknownTrack)?;
     if tracks[at].removed {
-        Err(Fault::UnknownTrack)
+        Err(ErrorKind::UnknownTrack)
     } else {
         Ok(at)
     }

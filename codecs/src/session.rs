@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use crate::error::{Failure, Fault};
+use crate::error::{ErrorDetail, ErrorKind};
 use crate::wire::{Reader, put_u32, put_u64};
 
 /// Ticks a second as a fraction.
@@ -56,8 +56,8 @@ impl TickRate {
         f64::from(self.numerator) / f64::from(self.denominator)
     }
 
-    pub(crate) fn read(payload: &[u8]) -> Result<TickRate, Fault> {
-        let mut r = Reader::new(payload, Fault::PayloadSize);
+    pub(crate) fn read(payload: &[u8]) -> Result<TickRate, ErrorKind> {
+        let mut r = Reader::new(payload, ErrorKind::PayloadSize);
         let rate = TickRate {
             numerator: r.u32()?,
             denominator: r.u32()?,
@@ -67,31 +67,35 @@ impl TickRate {
         Ok(rate)
     }
 
-    pub(crate) fn write(self, out: &mut Vec<u8>) -> Result<(), Fault> {
+    pub(crate) fn write(self, out: &mut Vec<u8>) -> Result<(), ErrorKind> {
         self.check()?;
         put_u32(out, self.numerator);
         put_u32(out, self.denominator);
         Ok(())
     }
 
-    fn check(self) -> Result<(), Fault> {
+    fn check(self) -> Result<(), ErrorKind> {
         let zero = self.numerator == 0 || self.denominator == 0;
-        if zero { Err(Fault::TickRate) } else { Ok(()) }
+        if zero {
+            Err(ErrorKind::TickRate)
+        } else {
+            Ok(())
+        }
     }
 }
 
 impl GroupStart {
-    pub(crate) fn read(payload: &[u8]) -> Result<(u32, GroupStart), Failure> {
-        let mut r = Reader::new(payload, Fault::PayloadSize);
+    pub(crate) fn read(payload: &[u8]) -> Result<(u32, GroupStart), ErrorDetail> {
+        let mut r = Reader::new(payload, ErrorKind::PayloadSize);
         let id = r.u32()?;
         let start = r.u32()?;
         let digest = r.u64()?;
         r.end()?;
         match (start, digest) {
             (0, 0) => Ok((id, GroupStart::Keyframes)),
-            (0, _) => Err(Fault::PayloadReserved.into()),
+            (0, _) => Err(ErrorKind::PayloadReserved.into()),
             (1, digest) => Ok((id, GroupStart::State(digest))),
-            _ => Err(Failure::found(Fault::GroupStart, start)),
+            _ => Err(ErrorDetail::found(ErrorKind::GroupStart, start)),
         }
     }
 
@@ -107,14 +111,14 @@ impl GroupStart {
 }
 
 impl Commit {
-    pub(crate) fn read(payload: &[u8]) -> Result<Commit, Fault> {
-        let mut r = Reader::new(payload, Fault::PayloadSize);
+    pub(crate) fn read(payload: &[u8]) -> Result<Commit, ErrorKind> {
+        let mut r = Reader::new(payload, ErrorKind::PayloadSize);
         let tick = r.u64()?;
         let frame = r.u32()?;
         let digest = match r.u32()? {
             0 => None,
             1 => Some(r.u64()?),
-            _ => return Err(Fault::PayloadReserved),
+            _ => return Err(ErrorKind::PayloadReserved),
         };
         r.end()?;
         Ok(Commit {
@@ -135,8 +139,8 @@ impl Commit {
 }
 
 impl End {
-    pub(crate) fn read(payload: &[u8]) -> Result<End, Fault> {
-        let mut r = Reader::new(payload, Fault::PayloadSize);
+    pub(crate) fn read(payload: &[u8]) -> Result<End, ErrorKind> {
+        let mut r = Reader::new(payload, ErrorKind::PayloadSize);
         let end = End {
             records: r.u64()?,
             digest: r.u64()?,

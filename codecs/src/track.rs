@@ -4,8 +4,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::Limits;
-use crate::error::{Failure, Fault, Limit};
-use crate::model::{Kind, LookupSpace, Model};
+use crate::error::{ErrorDetail, ErrorKind, Limit};
+use crate::model::{LookupSpace, Model, ModelKind};
 use crate::points::Grid;
 use crate::probes::Volume;
 use crate::transforms::Transform;
@@ -57,12 +57,12 @@ impl Track {
     }
 
     /// The rules that hold for a track by itself.
-    pub(crate) fn check(&self, path_limit: u32) -> Result<(), Failure> {
+    pub(crate) fn check(&self, path_limit: u32) -> Result<(), ErrorDetail> {
         let path = self.target.path.len() as u64;
         if path > u64::from(path_limit) {
             let allowed = u64::from(path_limit);
-            return Err(Failure::limit(
-                Fault::PathLimit,
+            return Err(ErrorDetail::limit(
+                ErrorKind::PathLimit,
                 Limit::PathBytes,
                 path,
                 allowed,
@@ -74,28 +74,29 @@ impl Track {
             .chain(&self.aabb_max)
             .all(|f| f.is_finite())
         {
-            return Err(Fault::NotFinite.into());
+            return Err(ErrorKind::NotFinite.into());
         }
         if (0..3).any(|axis| self.aabb_min[axis] > self.aabb_max[axis]) {
-            return Err(Fault::Aabb.into());
+            return Err(ErrorKind::Aabb.into());
         }
         self.model.kind().check_space(self.space)?;
         Ok(self.model.check()?)
     }
 
-    fn read(entry: &[u8], limits: &Limits) -> Result<Track, Failure> {
-        let mut r = Reader::new(entry, Fault::PayloadSize);
+    fn read(entry: &[u8], limits: &Limits) -> Result<Track, ErrorDetail> {
+        let mut r = Reader::new(entry, ErrorKind::PayloadSize);
         let _size = r.u32()?;
         let id = r.u32()?;
         let number = r.u16()?;
-        let kind = Kind::of_number(number).map_err(|fault| Failure::found(fault, number))?;
+        let kind =
+            ModelKind::of_number(number).map_err(|fault| ErrorDetail::found(fault, number))?;
         let coding = r.u16()?;
         kind.check_coding(coding)
-            .map_err(|fault| Failure::found(fault, coding))?;
+            .map_err(|fault| ErrorDetail::found(fault, coding))?;
         let space = match r.u8()? {
             0 => LookupSpace::Mesh,
             1 => LookupSpace::Rest,
-            number => return Err(Failure::found(Fault::Space, number)),
+            number => return Err(ErrorDetail::found(ErrorKind::Space, number)),
         };
         kind.check_space(space)?;
         let has_content_hash = r.u8()?;
@@ -103,28 +104,28 @@ impl Track {
         let application_id = r.u64()?;
         let content_hash = r.u64()?;
         if has_content_hash > 1 || (has_content_hash == 0 && content_hash != 0) {
-            return Err(Fault::PayloadReserved.into());
+            return Err(ErrorKind::PayloadReserved.into());
         }
         let aabb_min = r.floats()?;
         let aabb_max = r.floats()?;
         let model = kind.read(coding, &mut r)?;
         if u32::from(path_bytes) > limits.path_bytes {
             let (asked, allowed) = (u64::from(path_bytes), u64::from(limits.path_bytes));
-            return Err(Failure::limit(
-                Fault::PathLimit,
+            return Err(ErrorDetail::limit(
+                ErrorKind::PathLimit,
                 Limit::PathBytes,
                 asked,
                 allowed,
             ));
         }
         let path = r.bytes(usize::from(path_bytes))?;
-        let path = core::str::from_utf8(path).map_err(|_| Fault::PathText)?;
+        let path = core::str::from_utf8(path).map_err(|_| ErrorKind::PathText)?;
         let padding = r.bytes(r.len())?;
         if padding.len() > 3 {
-            return Err(Fault::PayloadSize.into());
+            return Err(ErrorKind::PayloadSize.into());
         }
         if padding.iter().any(|&b| b != 0) {
-            return Err(Fault::PayloadReserved.into());
+            return Err(ErrorKind::PayloadReserved.into());
         }
         let track = Track {
             id,
@@ -142,7 +143,7 @@ impl Track {
         Ok(track)
     }
 
-    fn write(&self, out: &mut Vec<u8>) -> Result<(), Failure> {
+    fn write(&self, out: &mut Vec<u8>) -> Result<(), ErrorDetail> {
         self.check(u32::from(u16::MAX))?;
         let start = out.len();
         put_u32(out, 0);
@@ -169,10 +170,10 @@ impl Track {
 }
 
 /// A text in memory of its own.
-fn copy(text: &str) -> Result<String, Fault> {
+fn copy(text: &str) -> Result<String, ErrorKind> {
     let mut copy = String::new();
     let reserved = copy.try_reserve_exact(text.len());
-    reserved.map_err(|_| Fault::Memory)?;
+    reserved.map_err(|_| ErrorKind::Memory)?;
     copy.push_str(text);
     Ok(copy)
 }
@@ -184,7 +185,7 @@ pub struct LiveTrack {
     pub track: Track,
     /// The last committed transform; none before the first.
     pub transform: Option<Transform>,
-    /// The frame in the making has content for it.
+    /// The pending frame has content for it.
     pub(crate) staged: bool,
     /// The committed state may have content for it. Without, there is nothing to empty, so that
     /// a stream of bare groups costs no more than its bytes.
@@ -216,26 +217,26 @@ pub(crate) fn is_removed(tracks: &[LiveTrack], id: u32) -> bool {
 pub(crate) fn read_tracks(
     payload: &[u8],
     limits: &Limits,
-    mut each: impl FnMut(Track) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let mut reader = Reader::new(payload, Fault::PayloadSize);
+    mut each: impl FnMut(Track) -> Result<(), ErrorDetail>,
+) -> Result<(), ErrorDetail> {
+    let mut reader = Reader::new(payload, ErrorKind::PayloadSize);
     let count = reader.u32()?;
     if reader.u32()? != 0 {
-        return Err(Fault::PayloadReserved.into());
+        return Err(ErrorKind::PayloadReserved.into());
     }
     let mut above = 0u64;
     for _ in 0..count {
-        let mut ahead = Reader::new(payload, Fault::PayloadSize);
+        let mut ahead = Reader::new(payload, ErrorKind::PayloadSize);
         ahead.bytes(payload.len() - reader.len())?;
         let size = ahead.u32()? as usize;
         if size < 12 || !size.is_multiple_of(4) {
-            return Err(Fault::PayloadSize.into());
+            return Err(ErrorKind::PayloadSize.into());
         }
         let id = ahead.u32()?;
-        let of_track = |failure: Failure| failure.of_track(id);
+        let of_track = |failure: ErrorDetail| failure.of_track(id);
         let track = Track::read(reader.bytes(size)?, limits).map_err(of_track)?;
         if u64::from(id) < above {
-            return Err(of_track(Fault::EntryOrder.into()));
+            return Err(of_track(ErrorKind::EntryOrder.into()));
         }
         above = u64::from(id) + 1;
         each(track).map_err(of_track)?;
@@ -244,14 +245,14 @@ pub(crate) fn read_tracks(
 }
 
 /// Appends the payload of a `track` record.
-pub(crate) fn write_tracks(tracks: &[Track], out: &mut Vec<u8>) -> Result<(), Failure> {
+pub(crate) fn write_tracks(tracks: &[Track], out: &mut Vec<u8>) -> Result<(), ErrorDetail> {
     put_u32(
         out,
-        u32::try_from(tracks.len()).map_err(|_| Fault::EncoderUse)?,
+        u32::try_from(tracks.len()).map_err(|_| ErrorKind::EncoderUse)?,
     );
     put_u32(out, 0);
     if !tracks.is_sorted_by(|a, b| a.id < b.id) {
-        return Err(Fault::EntryOrder.into());
+        return Err(ErrorKind::EntryOrder.into());
     }
     tracks
         .iter()
@@ -261,15 +262,15 @@ pub(crate) fn write_tracks(tracks: &[Track], out: &mut Vec<u8>) -> Result<(), Fa
 /// Calls `each` with every removed track, ids ascending.
 pub(crate) fn read_removed(
     payload: &[u8],
-    mut each: impl FnMut(u32) -> Result<(), Fault>,
-) -> Result<(), Fault> {
-    let mut reader = Reader::new(payload, Fault::PayloadSize);
+    mut each: impl FnMut(u32) -> Result<(), ErrorKind>,
+) -> Result<(), ErrorKind> {
+    let mut reader = Reader::new(payload, ErrorKind::PayloadSize);
     let count = reader.u32()?;
     let mut above = 0u64;
     for _ in 0..count {
         let id = reader.u32()?;
         if u64::from(id) < above {
-            return Err(Fault::EntryOrder);
+            return Err(ErrorKind::EntryOrder);
         }
         above = u64::from(id) + 1;
         each(id)?;
@@ -278,15 +279,15 @@ pub(crate) fn read_removed(
 }
 
 /// Appends the payload of a `track remove` record.
-pub(crate) fn write_removed(ids: &[u32], out: &mut Vec<u8>) -> Result<(), Fault> {
+pub(crate) fn write_removed(ids: &[u32], out: &mut Vec<u8>) -> Result<(), ErrorKind> {
     put_u32(
         out,
-        u32::try_from(ids.len()).map_err(|_| Fault::EncoderUse)?,
+        u32::try_from(ids.len()).map_err(|_| ErrorKind::EncoderUse)?,
     );
     ids.iter().for_each(|&id| put_u32(out, id));
     if ids.is_sorted_by(|a, b| a < b) {
         Ok(())
     } else {
-        Err(Fault::EntryOrder)
+        Err(ErrorKind::EntryOrder)
     }
 }

@@ -3,7 +3,7 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::wire::{Reader, put_f32, put_u32, rows};
 
 /// Bytes of an entry: id and twelve floats.
@@ -34,21 +34,21 @@ impl Transform {
 /// Calls `each` with every entry: ids ascending, floats finite.
 pub(crate) fn read_transforms(
     payload: &[u8],
-    mut each: impl FnMut(u32, Transform) -> Result<(), Fault>,
-) -> Result<(), Fault> {
-    let mut reader = Reader::new(payload, Fault::PayloadSize);
+    mut each: impl FnMut(u32, Transform) -> Result<(), ErrorKind>,
+) -> Result<(), ErrorKind> {
+    let mut reader = Reader::new(payload, ErrorKind::PayloadSize);
     let count = reader.u32()?;
     if reader.u32()? != 0 {
-        return Err(Fault::PayloadReserved);
+        return Err(ErrorKind::PayloadReserved);
     }
     if reader.len() as u64 != u64::from(count) * ENTRY_BYTES as u64 {
-        return Err(Fault::PayloadSize);
+        return Err(ErrorKind::PayloadSize);
     }
     let mut above = 0u64;
     for _ in 0..count {
         let id = reader.u32()?;
         if u64::from(id) < above {
-            return Err(Fault::EntryOrder);
+            return Err(ErrorKind::EntryOrder);
         }
         above = u64::from(id) + 1;
         each(
@@ -65,10 +65,10 @@ pub(crate) fn read_transforms(
 pub(crate) fn write_transforms(
     transforms: &[(u32, Transform)],
     out: &mut Vec<u8>,
-) -> Result<(), Fault> {
+) -> Result<(), ErrorKind> {
     put_u32(
         out,
-        u32::try_from(transforms.len()).map_err(|_| Fault::EncoderUse)?,
+        u32::try_from(transforms.len()).map_err(|_| ErrorKind::EncoderUse)?,
     );
     put_u32(out, 0);
     for (id, transform) in transforms {

@@ -2,67 +2,67 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// Reads fields from the front of a payload. Every read past the end is the same fault.
 pub(crate) struct Reader<'a> {
     rest: &'a [u8],
-    short: Fault,
+    short: ErrorKind,
 }
 
 impl<'a> Reader<'a> {
-    pub(crate) fn new(bytes: &'a [u8], short: Fault) -> Self {
+    pub(crate) fn new(bytes: &'a [u8], short: ErrorKind) -> Self {
         Reader { rest: bytes, short }
     }
 
-    pub(crate) fn bytes(&mut self, count: usize) -> Result<&'a [u8], Fault> {
+    pub(crate) fn bytes(&mut self, count: usize) -> Result<&'a [u8], ErrorKind> {
         let (head, rest) = self.rest.split_at_checked(count).ok_or(self.short)?;
         self.rest = rest;
         Ok(head)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], ErrorKind> {
         let (head, rest) = self.rest.split_first_chunk::<N>().ok_or(self.short)?;
         self.rest = rest;
         Ok(*head)
     }
 
-    pub(crate) fn u8(&mut self) -> Result<u8, Fault> {
+    pub(crate) fn u8(&mut self) -> Result<u8, ErrorKind> {
         Ok(self.array::<1>()?[0])
     }
 
-    pub(crate) fn u16(&mut self) -> Result<u16, Fault> {
+    pub(crate) fn u16(&mut self) -> Result<u16, ErrorKind> {
         Ok(u16::from_le_bytes(self.array()?))
     }
 
-    pub(crate) fn u32(&mut self) -> Result<u32, Fault> {
+    pub(crate) fn u32(&mut self) -> Result<u32, ErrorKind> {
         Ok(u32::from_le_bytes(self.array()?))
     }
 
-    pub(crate) fn u64(&mut self) -> Result<u64, Fault> {
+    pub(crate) fn u64(&mut self) -> Result<u64, ErrorKind> {
         Ok(u64::from_le_bytes(self.array()?))
     }
 
     /// Reserved bytes, which are 0.
-    pub(crate) fn zero(&mut self, count: usize) -> Result<(), Fault> {
+    pub(crate) fn zero(&mut self, count: usize) -> Result<(), ErrorKind> {
         if self.bytes(count)?.iter().any(|&b| b != 0) {
-            return Err(Fault::PayloadReserved);
+            return Err(ErrorKind::PayloadReserved);
         }
         Ok(())
     }
 
     /// A finite float.
-    pub(crate) fn f32(&mut self) -> Result<f32, Fault> {
+    pub(crate) fn f32(&mut self) -> Result<f32, ErrorKind> {
         let value = f32::from_le_bytes(self.array()?);
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Fault::NotFinite)
+            Err(ErrorKind::NotFinite)
         }
     }
 
     /// `N` finite floats.
-    pub(crate) fn floats<const N: usize>(&mut self) -> Result<[f32; N], Fault> {
+    pub(crate) fn floats<const N: usize>(&mut self) -> Result<[f32; N], ErrorKind> {
         let mut values = [0.0; N];
         for value in &mut values {
             *value = self.f32()?;
@@ -75,7 +75,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Everything was read.
-    pub(crate) fn end(self) -> Result<(), Fault> {
+    pub(crate) fn end(self) -> Result<(), ErrorKind> {
         if self.rest.is_empty() {
             Ok(())
         } else {

@@ -593,7 +593,11 @@ fn refused_memory_is_an_error() {
                 break;
             }
             let error = result.unwrap_err();
-            assert_eq!((error.id, error.kind), (4013, Kind::OutOfMemory), "{which}");
+            assert_eq!(
+                (error.id, error.class),
+                (4013, ErrorClass::OutOfMemory),
+                "{which}"
+            );
             refused += 1;
             decoder.reset();
             assert_eq!(decode(&mut decoder, bytes).1, Ok(()));

@@ -66,11 +66,11 @@ impl Small {
     }
 
     /// The stream gives this error, the state stays, and the decoder takes the next stream.
-    fn rejects(&self, bytes: &[u8], id: u16, kind: Kind) {
+    fn rejects(&self, bytes: &[u8], id: u16, kind: ErrorClass) {
         let mut decoder = Decoder::new(Limits::default());
         let (events, result) = decode(&mut decoder, bytes);
         let error = result.unwrap_err();
-        assert_eq!((error.id, error.kind), (id, kind), "{error}");
+        assert_eq!((error.id, error.class), (id, kind), "{error}");
         assert_eq!(error.layer as u16, id / 1000 - 1);
         assert!(!error.name().is_empty() && error.to_string().starts_with(&format!("E{id} ")));
         match events
@@ -110,7 +110,7 @@ fn put(payload: &mut [u8], at: usize, value: u32) {
 fn framing() {
     let small = Small::new();
     let bytes = &small.bytes;
-    let malformed = Kind::Malformed;
+    let malformed = ErrorClass::Malformed;
     small.rejects(b"not a stream, but long", 1001, malformed);
     small.rejects(
         &bytes
@@ -129,8 +129,8 @@ fn framing() {
         b[12..16].copy_from_slice(&crc.to_le_bytes());
         b
     };
-    small.rejects(&preamble(2, 0), 1003, Kind::Unsupported);
-    small.rejects(&preamble(1, 1), 1004, Kind::Unsupported);
+    small.rejects(&preamble(2, 0), 1003, ErrorClass::Unsupported);
+    small.rejects(&preamble(1, 1), 1004, ErrorClass::Unsupported);
 
     let points = small.record(record_type::POINTS, 1);
     let end = points + 32 + header(bytes, points).stored_bytes as usize;
@@ -146,7 +146,7 @@ fn framing() {
     small.rejects(
         &with_header(bytes, points, |h| h.packing = 3),
         1010,
-        Kind::Unsupported,
+        ErrorClass::Unsupported,
     );
     small.rejects(
         &with_header(bytes, points, |h| h.unpacked_bytes += 1),
@@ -156,12 +156,12 @@ fn framing() {
     small.rejects(
         &with_header(bytes, points, |h| h.version = 1),
         1021,
-        Kind::Unsupported,
+        ErrorClass::Unsupported,
     );
     small.rejects(
         &with_header(bytes, points, |h| h.record_type = 99),
         1022,
-        Kind::Unsupported,
+        ErrorClass::Unsupported,
     );
     small.rejects(
         &with_header(bytes, points, |h| h.critical = false),
@@ -173,7 +173,7 @@ fn framing() {
     small.rejects(
         &with_payload(bytes, record, |p| p[8] ^= 1),
         1025,
-        Kind::Checksum,
+        ErrorClass::Checksum,
     );
     let mut reserved = bytes.clone();
     reserved[points + 4] = 1;
@@ -283,7 +283,7 @@ fn four_gigabytes_in_sixty_bytes() {
         let error = decode(&mut decoder, &bytes).1.unwrap_err();
         assert_eq!(error.id, id, "{error}");
         if id != 1014 {
-            let Kind::LimitExceeded { asked, allowed, .. } = error.kind else {
+            let ErrorClass::LimitExceeded { asked, allowed, .. } = error.class else {
                 panic!("{error}")
             };
             assert_eq!((asked, allowed), (u64::from(u32::MAX), 256 << 20));
@@ -321,8 +321,8 @@ fn unknown_records() {
 #[test]
 fn fields_of_records() {
     let small = Small::new();
-    let malformed = Kind::Malformed;
-    let case = |kind: u16, nth: usize, id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+    let malformed = ErrorClass::Malformed;
+    let case = |kind: u16, nth: usize, id: u16, want: ErrorClass, change: &dyn Fn(&mut Vec<u8>)| {
         let at = small.record(kind, nth);
         small.rejects(&with_payload(&small.bytes, at, |p| change(p)), id, want);
     };
@@ -330,8 +330,8 @@ fn fields_of_records() {
     case(STREAM, 0, 2001, malformed, &|p| p.push(0));
     case(STREAM, 0, 2003, malformed, &|p| put(p, 4, 0));
     case(GROUP, 0, 2002, malformed, &|p| p[8] = 1);
-    case(GROUP, 0, 2021, Kind::Unsupported, &|p| put(p, 4, 2));
-    case(GROUP, 0, 4002, Kind::MissingBase, &|p| put(p, 4, 1));
+    case(GROUP, 0, 2021, ErrorClass::Unsupported, &|p| put(p, 4, 2));
+    case(GROUP, 0, 4002, ErrorClass::MissingBase, &|p| put(p, 4, 1));
     case(TRANSFORMS, 0, 2001, malformed, &|p| put(p, 0, 2));
     case(TRANSFORMS, 0, 2019, malformed, &|p| put(p, 8, 2));
     case(TRANSFORMS, 0, 2009, malformed, &|p| {
@@ -340,22 +340,22 @@ fn fields_of_records() {
     case(COMMIT, 1, 4003, malformed, &|p| put(p, 8, 0));
     case(COMMIT, 1, 4004, malformed, &|p| put(p, 0, 2));
     case(COMMIT, 1, 2002, malformed, &|p| put(p, 12, 2));
-    case(COMMIT, 1, 4005, Kind::Checksum, &|p| {
+    case(COMMIT, 1, 4005, ErrorClass::Checksum, &|p| {
         put(p, 12, 1);
         p.extend([0; 8]);
     });
     // Tracks are packed by the encoder; rewrite the record without.
     let at = small.record(TRACK, 0);
     let plain = unpacked(&small.bytes, at);
-    let track_case = |id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+    let track_case = |id: u16, want: ErrorClass, change: &dyn Fn(&mut Vec<u8>)| {
         small.rejects(&with_payload(&plain, at, |p| change(p)), id, want);
     };
-    let limit = |which, asked, allowed| Kind::LimitExceeded {
+    let limit = |which, asked, allowed| ErrorClass::LimitExceeded {
         which,
         asked,
         allowed,
     };
-    let unsupported = Kind::Unsupported;
+    let unsupported = ErrorClass::Unsupported;
     track_case(2001, malformed, &|p| put(p, 0, 2));
     track_case(2001, malformed, &|p| put(p, 8, 4));
     track_case(2002, malformed, &|p| put(p, 4, 1));
@@ -418,8 +418,8 @@ fn lz4(mut block: &[u8], out: &mut [u8]) -> usize {
 #[test]
 fn fields_of_points() {
     let small = Small::new();
-    let malformed = Kind::Malformed;
-    let case = |id: u16, want: Kind, change: &dyn Fn(&mut Vec<u8>)| {
+    let malformed = ErrorClass::Malformed;
+    let case = |id: u16, want: ErrorClass, change: &dyn Fn(&mut Vec<u8>)| {
         let at = small.record(record_type::POINTS, 1);
         small.rejects(&with_payload(&small.bytes, at, |p| change(p)), id, want);
     };
@@ -432,7 +432,7 @@ fn fields_of_points() {
     case(3002, malformed, &|p| put(p, 4, 2));
     case(3002, malformed, &|p| put(p, 12, 1));
     case(3002, malformed, &|p| (put(p, 4, 1), put(p, 8, 1)).0);
-    case(4001, Kind::MissingBase, &|p| put(p, 8, 7));
+    case(4001, ErrorClass::MissingBase, &|p| put(p, 8, 7));
     case(2019, malformed, &|p| put(p, 16, 2));
     case(3003, malformed, &|p| put(p, 28, 31));
     case(3003, malformed, &|p| put(p, 28, u32::MAX));

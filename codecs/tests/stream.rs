@@ -98,8 +98,8 @@ fn truncated_at_every_byte_is_truncated_and_the_last_frame_stands() {
         let (events, result) = decode(&mut decoder, &bytes[..end]);
         let error = result.unwrap_err();
         assert_eq!(
-            (error.kind, error.id, error.offset),
-            (Kind::Truncated, 1019, end as u64)
+            (error.class, error.id, error.offset),
+            (ErrorClass::Truncated, 1019, end as u64)
         );
         match frames(&events) {
             0 => assert_eq!(decoder.last_frame(), None),

@@ -8,8 +8,6 @@ pub mod checks;
 pub mod clauses;
 pub mod dump;
 #[cfg(feature = "generate")]
-pub mod forge;
-#[cfg(feature = "generate")]
 pub mod generate;
 pub mod options;
 pub mod program;
@@ -17,4 +15,6 @@ pub mod protocol;
 pub mod report;
 pub mod run;
 pub mod serve;
+#[cfg(feature = "generate")]
+pub mod stream_builder;
 pub mod vector;

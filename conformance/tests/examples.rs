@@ -3,8 +3,8 @@
 use std::fs;
 
 use dapple_conformance::clauses;
-use dapple_conformance::forge::range::INITIAL;
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _, Status};
+use dapple_conformance::stream_builder::range::INITIAL;
 
 /// The lines of the fenced blocks of one kind.
 fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {

@@ -3,16 +3,16 @@
 use std::f64::consts::PI;
 
 use dapple_conformance::clauses;
-use dapple_conformance::forge::Entry;
-use dapple_conformance::forge::probes::{Probe, Volume};
+use dapple_conformance::generate::expected::{Content, TrackContent};
 use dapple_conformance::generate::frames::Frames;
-use dapple_conformance::generate::held::{Content, Held};
 use dapple_conformance::generate::lighting::{self, CONSTANTS, Field, Surface, asked, look_up};
 use dapple_conformance::protocol::Interpolation;
+use dapple_conformance::stream_builder::Entry;
+use dapple_conformance::stream_builder::probes::{Probe, Volume};
 use dapple_conformance::vector::ProbesQuery;
 
 /// A track of one frame with raw probes and the same texel everywhere.
-fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> Held {
+fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> TrackContent {
     let texels = texel.map(|texel| vec![texel; volume.visibility_bytes() / 2].concat());
     let content = Content {
         visibility: texels,
@@ -21,7 +21,7 @@ fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> Held {
     Frames::new(&[Entry::of_volume(1, volume.clone())])
         .probes(true, &[content])
         .commit()
-        .held
+        .tracks
         .remove(0)
 }
 

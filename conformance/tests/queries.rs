@@ -3,12 +3,12 @@
 
 use dapple_codec::Decoder;
 use dapple_codec::points::{Cell, EMPTY, Grid};
-use dapple_conformance::forge::Entry;
 use dapple_conformance::generate;
 use dapple_conformance::generate::frames::{Frames, entry, filled};
 use dapple_conformance::generate::queries::Draw;
 use dapple_conformance::generate::sampling::{all, look_up, occlusion, place, within_block};
 use dapple_conformance::protocol;
+use dapple_conformance::stream_builder::Entry;
 use dapple_conformance::vector::{Kind, PointsQuery, Query, Vector};
 
 #[test]
@@ -40,7 +40,7 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
         let held = Frames::new(std::slice::from_ref(&entry))
             .keyframe(&[filled(&entry, &cells)])
             .commit()
-            .held
+            .tracks
             .remove(0);
         let points = all(&held);
         let radius = f64::from(entry.radius);
@@ -79,7 +79,7 @@ fn questions_at_a_threshold_are_refused() {
     let held = Frames::new(std::slice::from_ref(&entry))
         .keyframe(&[filled(&entry, &[(0, entry.key([1; 3]), vec![point])])])
         .commit()
-        .held
+        .tracks
         .remove(0);
     let ask = |x: [f64; 3], normal| {
         let position = x.map(|v| (v * 65536.0) as i32);

@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dapple_conformance::checks::query_input;
-use dapple_conformance::forge::probes::Volume;
-use dapple_conformance::forge::{self, Entry, Forge, Part, commit, group, kind, points, tracks};
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
 use dapple_conformance::protocol::{
     Answer, Arguments, Interpolation, Mode, Own, Program, Status, split,
 };
 use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
+use dapple_conformance::stream_builder::probes::Volume;
+use dapple_conformance::stream_builder::{
+    self, Entry, Part, StreamBuilder, commit, group, kind, points, tracks,
+};
 use dapple_conformance::vector::{
     Class, Info, Kind, PointsQuery, Query, Vector, files_of, load, sha256,
 };
@@ -21,20 +23,20 @@ const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
 const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
 
 /// A stream of one frame with one point.
-fn stream() -> Forge {
+fn stream() -> StreamBuilder {
     let entry = Entry::new(1);
     let key = entry.key([1, 1, 1]);
     let point = entry.point([3, 7, 30], [1, 2], 200);
     let part = Part::of(&entry)
         .bucket(entry.bucket(key), &[0])
         .cell(0, key, &[point]);
-    let mut forge = Forge::started();
-    forge
+    let mut builder = StreamBuilder::started();
+    builder
         .put(kind::TRACK, &tracks(&[entry]))
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::POINTS, &points(None, &[part]))
         .put(kind::COMMIT, &commit(0, 0, None));
-    forge
+    builder
 }
 
 /// What our decoder makes of it is what the vector asks for.
@@ -86,7 +88,7 @@ fn vector(kind: Kind, name: &str, bytes: Vec<u8>, limits: &[(&str, u64)]) -> Vec
 fn vectors() -> Vec<Vector> {
     let whole = stream().ended();
     let mut damaged = whole.clone();
-    let payload = stream().starts[3] + forge::HEADER;
+    let payload = stream().starts[3] + stream_builder::HEADER;
     damaged[payload] ^= 1;
     let mut script = Vec::new();
     for step in [&damaged, &whole] {
@@ -537,9 +539,9 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
         ..Arguments::default()
     };
     let entry = Entry::of_volume(3, Volume::packed([1, 2, 1]));
-    let mut forge = Forge::started();
-    forge.put(kind::TRACK, &tracks(&[entry]));
-    let stream = forge.ended();
+    let mut builder = StreamBuilder::started();
+    builder.put(kind::TRACK, &tracks(&[entry]));
+    let stream = builder.ended();
     let mut ask = |line: &str| {
         let mut input = query_input(&stream, &[]);
         input.extend(line.bytes());
@@ -622,7 +624,12 @@ fn the_skip_file_is_held_to_what_it_says() {
     assert!(!report.passed(), "all that there is was skipped");
     let result = report.result();
     assert_eq!(result, "failed: no vector passed at level core");
-    vectors.push(vector(Kind::Valid, "empty", Forge::started().ended(), &[]));
+    vectors.push(vector(
+        Kind::Valid,
+        "empty",
+        StreamBuilder::started().ended(),
+        &[],
+    ));
     let report = held(&mut dump, &vectors[4..], &skipping);
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);

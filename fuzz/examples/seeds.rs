@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use arbitrary::Unstructured;
-use dapple_fuzz::forge::record_starts;
+use dapple_fuzz::stream_builder::record_starts;
 use dapple_fuzz::server;
 
 /// Targets that read a stream, each with the bytes before it: one seed for each.

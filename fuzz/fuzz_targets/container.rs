@@ -3,7 +3,7 @@
 #![no_main]
 
 use dapple_fuzz::LIMITS;
-use dapple_fuzz::forge::tiny;
+use dapple_fuzz::stream_builder::tiny;
 use dapple_fuzz::mend::{Mend, mend};
 use dapple_fuzz::viewer::Viewer;
 use libfuzzer_sys::fuzz_target;

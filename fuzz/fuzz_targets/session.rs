@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use arbitrary::{Result, Unstructured};
 use dapple_codec::Event;
 use dapple_codec::points::{Bucket, Cell, EMPTY};
-use dapple_fuzz::forge::record_starts;
+use dapple_fuzz::stream_builder::record_starts;
 use dapple_fuzz::server::Script;
 use dapple_fuzz::viewer::{ShownTrack, Viewer};
 use dapple_fuzz::{LIMITS, server};

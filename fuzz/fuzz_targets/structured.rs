@@ -3,7 +3,7 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
-use dapple_fuzz::forge::Forge;
+use dapple_fuzz::stream_builder::StreamBuilder;
 use dapple_fuzz::viewer::Viewer;
 use dapple_fuzz::{LIMITS, records};
 use libfuzzer_sys::fuzz_target;
@@ -18,12 +18,12 @@ fuzz_target!(|data: &[u8]| {
 
 /// One stream.
 fn run(u: &mut Unstructured<'_>, viewer: &mut Viewer) -> Result<()> {
-    let mut forge = Forge::new();
+    let mut builder = StreamBuilder::new();
     let mut at = 0;
     while !u.is_empty() {
-        records::record(u, &viewer.decoder, &mut forge)?;
+        records::record(u, &viewer.decoder, &mut builder)?;
         loop {
-            let (_, result) = viewer.feed_whole(&forge.bytes[at..]);
+            let (_, result) = viewer.feed_whole(&builder.bytes[at..]);
             at = viewer.decoder.position() as usize;
             match result {
                 // The stream goes on.

@@ -5,7 +5,7 @@ use dapple_codec::container::{Packing, record_type};
 use dapple_codec::{Encoder, EncoderConfig, GroupStart, Track};
 
 use crate::LIMITS;
-use crate::forge::Forge;
+use crate::stream_builder::StreamBuilder;
 use crate::viewer::Viewer;
 
 /// Declares one or two tracks that the input chooses, and shows a viewer frame after frame until the
@@ -30,25 +30,25 @@ pub fn show(
     encoder.tracks(&mut start, &tracks).expect("tracks");
 
     let mut viewer = Viewer::new(LIMITS);
-    let mut forge = Forge::new();
-    forge.end.record(&[]);
-    forge.end.record(&[]);
-    forge.end.record(&[]);
-    forge.bytes = start;
+    let mut builder = StreamBuilder::new();
+    builder.end.record(&[]);
+    builder.end.record(&[]);
+    builder.end.record(&[]);
+    builder.bytes = start;
     let mut frame = 0u32;
     while !u.is_empty() {
         for payload in payloads(u, frame, &tracks)? {
-            forge.record(record, &payload, Packing::None, |_| {});
+            builder.record(record, &payload, Packing::None, |_| {});
         }
         let mut commit = u64::from(frame).to_le_bytes().to_vec();
         commit.extend(frame.to_le_bytes());
         commit.extend([0; 4]);
-        forge.record(record_type::COMMIT, &commit, Packing::None, |_| {});
+        builder.record(record_type::COMMIT, &commit, Packing::None, |_| {});
         let before = viewer.decoder.position() as usize;
-        let result = viewer.feed_whole(&forge.bytes).1.map_err(|e| e.id);
+        let result = viewer.feed_whole(&builder.bytes).1.map_err(|e| e.id);
         let taken = viewer.decoder.position() as usize - before;
-        assert!(taken <= forge.bytes.len());
-        forge.bytes.clear();
+        assert!(taken <= builder.bytes.len());
+        builder.bytes.clear();
         match result {
             Err(1019) => frame += 1,
             _ => break,

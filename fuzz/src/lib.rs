@@ -1,7 +1,7 @@
 //! What the fuzz targets share. Each target states one property; `README.md` lists them.
 
 pub mod contents;
-pub mod forge;
+pub mod stream_builder;
 pub mod mend;
 pub mod records;
 pub mod server;

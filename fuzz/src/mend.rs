@@ -2,7 +2,7 @@
 
 use dapple_codec::container::{HEADER_BYTES, PREAMBLE_BYTES, crc32c};
 
-use crate::forge::EndDigest;
+use crate::stream_builder::EndDigest;
 
 /// How much of a mutated stream is made right again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,11 +8,11 @@ use dapple_codec::points::{Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, Poi
 use dapple_codec::probes::{Coding, Probe, Update, Volume};
 use dapple_codec::{Compression, Decoder, Encoder, EncoderConfig, GroupStart, Model};
 
-use crate::forge::Forge;
+use crate::stream_builder::StreamBuilder;
 use crate::{server, volumes};
 
 /// Appends a record that fits, or nearly fits, what `decoder` has seen so far.
-pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) -> Result<()> {
+pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, builder: &mut StreamBuilder) -> Result<()> {
     let choice = u.int_in_range(0..=15)?;
     let (record_type, mut payload) = match choice {
         _ if decoder.tick_rate().is_none() && choice != 0 => (record_type::STREAM, stream(u)?),
@@ -24,7 +24,7 @@ pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) ->
         7 | 8 => (record_type::POINTS, points(u, decoder)?),
         9 | 10 => (record_type::PROBES, probes(u, decoder)?),
         11 | 12 => (record_type::COMMIT, commit(u, decoder)?),
-        13 => (record_type::END, forge.end.end_payload().to_vec()),
+        13 => (record_type::END, builder.end.end_payload().to_vec()),
         _ => (
             u.int_in_range(0..=0x50)?,
             u.bytes(u.len().min(24))?.to_vec(),
@@ -49,7 +49,7 @@ pub fn record(u: &mut Unstructured<'_>, decoder: &Decoder, forge: &mut Forge) ->
         _ => Packing::None,
     };
     let (known, odd) = (u.ratio(19, 20)?, u.arbitrary::<u8>()?);
-    forge.record(record_type, &payload, packing, |header| {
+    builder.record(record_type, &payload, packing, |header| {
         header.critical = choice < 15 || odd & 1 == 1;
         if known {
             return;

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::limits;
 use super::records::RecordScan;
 use crate::codec::container::{CONTAINER_VERSION, PREAMBLE_BYTES};
-use crate::codec::{self, Decoder, Event, Kind, Limits};
+use crate::codec::{self, Decoder, ErrorClass, Event, Limits};
 use crate::{Error, Result};
 
 /// Bytes read at once.
@@ -198,7 +198,7 @@ impl Outcome {
 /// A fault of a stream as a sentence that names the file, and the option for a limit.
 pub fn error(path: &Path, fault: &codec::Error) -> Error {
     let name = name(path);
-    let text = match (fault.kind, fault.found) {
+    let text = match (fault.class, fault.found) {
         (_, Some(version))
             if fault.id == CONTAINER_VERSION_ERROR && version > u64::from(CONTAINER_VERSION) =>
         {
@@ -209,7 +209,7 @@ pub fn error(path: &Path, fault: &codec::Error) -> Error {
                 fault.name()
             )
         }
-        (Kind::LimitExceeded { which, .. }, _) => {
+        (ErrorClass::LimitExceeded { which, .. }, _) => {
             let (limit, option) = (which.name(), limits::option(which.name()));
             format!("{fault}; the limit is {limit}, which {option} sets")
         }
@@ -245,8 +245,8 @@ pub struct FaultReport {
 impl FaultReport {
     /// The report of a fault.
     pub fn new(fault: &codec::Error) -> FaultReport {
-        let (which, asked, allowed) = match fault.kind {
-            Kind::LimitExceeded {
+        let (which, asked, allowed) = match fault.class {
+            ErrorClass::LimitExceeded {
                 which,
                 asked,
                 allowed,
@@ -255,7 +255,7 @@ impl FaultReport {
         };
         FaultReport {
             layer: fault.layer.name(),
-            kind: fault.kind.name(),
+            kind: fault.class.name(),
             id: fault.id,
             name: fault.name(),
             offset: fault.offset,

@@ -1,7 +1,7 @@
 //! The thirty-two bytes before a record's payload.
 
 use super::crc::crc32c;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// Size of a record header.
 pub const HEADER_BYTES: usize = 32;
@@ -114,17 +114,17 @@ impl RecordHeader {
     /// # Errors
     /// 1005 and 1006, at offset 0 of `bytes`.
     pub fn read(bytes: &[u8; HEADER_BYTES]) -> crate::Result<RecordHeader> {
-        RecordHeader::parse(bytes).map_err(|fault| crate::error::Failure::from(fault).at(0))
+        RecordHeader::parse(bytes).map_err(|fault| crate::error::ErrorDetail::from(fault).at(0))
     }
 
-    pub(crate) fn parse(bytes: &[u8; HEADER_BYTES]) -> Result<RecordHeader, Fault> {
+    pub(crate) fn parse(bytes: &[u8; HEADER_BYTES]) -> Result<RecordHeader, ErrorKind> {
         let u32_at =
             |i: usize| u32::from_le_bytes([bytes[i], bytes[i + 1], bytes[i + 2], bytes[i + 3]]);
         if crc32c(&bytes[..28]) != u32_at(28) {
-            return Err(Fault::HeaderChecksum);
+            return Err(ErrorKind::HeaderChecksum);
         }
         if u32_at(4) != 0 {
-            return Err(Fault::HeaderReserved);
+            return Err(ErrorKind::HeaderReserved);
         }
         let type_and_flag = u16::from_le_bytes([bytes[0], bytes[1]]);
         Ok(RecordHeader {

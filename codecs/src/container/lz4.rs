@@ -1,6 +1,6 @@
 //! lz4 blocks.
 
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// An lz4 block of n bytes unpacks to less than 255 n bytes.
 pub(super) const RATIO: u64 = 255;
@@ -10,19 +10,19 @@ const LAST_MATCH: u64 = 12;
 const LAST_LITERALS: u64 = 5;
 
 /// Fills `out` from a block.
-pub(super) fn unpack(block: &[u8], out: &mut [u8]) -> Result<(), Fault> {
+pub(super) fn unpack(block: &[u8], out: &mut [u8]) -> Result<(), ErrorKind> {
     check_block(block, out.len())?;
     match lz4_flex::block::decompress_into(block, out) {
         Ok(bytes) if bytes == out.len() => Ok(()),
-        _ => Err(Fault::Lz4),
+        _ => Err(ErrorKind::Lz4),
     }
 }
 
 /// Walks the sequences of an lz4 block: no match starts in the last 12 bytes of the content or ends
 /// in the last 5. The format says so, and decoders differ in whether they check it.
-fn check_block(block: &[u8], content: usize) -> Result<(), Fault> {
-    let byte = |at: usize| block.get(at).copied().ok_or(Fault::Lz4);
-    let length = |nibble: u8, at: &mut usize| -> Result<u64, Fault> {
+fn check_block(block: &[u8], content: usize) -> Result<(), ErrorKind> {
+    let byte = |at: usize| block.get(at).copied().ok_or(ErrorKind::Lz4);
+    let length = |nibble: u8, at: &mut usize| -> Result<u64, ErrorKind> {
         let mut length = u64::from(nibble);
         let mut more = nibble == 15;
         while more {
@@ -48,7 +48,7 @@ fn check_block(block: &[u8], content: usize) -> Result<(), Fault> {
         let start = done;
         done += 4 + length(token & 15, &mut at)?;
         if start + LAST_MATCH > content as u64 || done + LAST_LITERALS > content as u64 {
-            return Err(Fault::Lz4);
+            return Err(ErrorKind::Lz4);
         }
     }
 }
@@ -71,11 +71,11 @@ mod tests {
         assert_eq!(unpacked(7, 5), Ok(right));
         assert!(unpacked(8, 5).is_ok());
         // The match ends too late; it starts too late.
-        assert_eq!(unpacked(8, 4), Err(Fault::Lz4));
-        assert_eq!(unpacked(6, 5), Err(Fault::Lz4));
+        assert_eq!(unpacked(8, 4), Err(ErrorKind::Lz4));
+        assert_eq!(unpacked(6, 5), Err(ErrorKind::Lz4));
         // A sequence that breaks off, and nothing at all.
         for block in [&[0x10][..], &[0x10, 7, 1], &[0xf0, 255], &[]] {
-            assert_eq!(unpack(block, &mut [0; 20]), Err(Fault::Lz4));
+            assert_eq!(unpack(block, &mut [0; 20]), Err(ErrorKind::Lz4));
         }
     }
 }

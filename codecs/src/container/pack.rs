@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::header::Packing;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// How an encoder packs a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl Packer {
         payload: &[u8],
         window: u32,
         out: &mut Vec<u8>,
-    ) -> Result<Packing, Fault> {
+    ) -> Result<Packing, ErrorKind> {
         let start = out.len();
         let (packing, bytes) = match compression {
             Compression::None => (Packing::None, payload.len()),
@@ -59,7 +59,7 @@ impl Packer {
                     0,
                 );
                 let bytes = lz4_flex::block::compress_into(payload, &mut out[start..])
-                    .map_err(|_| Fault::EncoderUse)?;
+                    .map_err(|_| ErrorKind::EncoderUse)?;
                 (Packing::Lz4, bytes)
             }
             Compression::Zstd { level, lazy } => {
@@ -83,36 +83,42 @@ impl Packer {
         payload: &[u8],
         window: u32,
         out: &mut Vec<u8>,
-    ) -> Result<usize, Fault> {
+    ) -> Result<usize, ErrorKind> {
         use zstd::zstd_safe::{CParameter, Strategy};
         let level = level.clamp(1, 19);
         let wanted = Compression::Zstd { level, lazy };
         if self.zstd.as_ref().is_none_or(|(kept, _)| *kept != wanted) {
             let mut compressor =
-                zstd::bulk::Compressor::new(level).map_err(|_| Fault::EncoderUse)?;
+                zstd::bulk::Compressor::new(level).map_err(|_| ErrorKind::EncoderUse)?;
             if lazy {
                 compressor
                     .set_parameter(CParameter::Strategy(Strategy::ZSTD_lazy))
-                    .map_err(|_| Fault::EncoderUse)?;
+                    .map_err(|_| ErrorKind::EncoderUse)?;
             }
             if window < LARGEST_WINDOW {
                 let log = window.checked_ilog2().unwrap_or(0).max(10);
                 compressor
                     .set_parameter(CParameter::WindowLog(log))
-                    .map_err(|_| Fault::EncoderUse)?;
+                    .map_err(|_| ErrorKind::EncoderUse)?;
             }
             self.zstd = Some((wanted, compressor));
         }
-        let (_, compressor) = self.zstd.as_mut().ok_or(Fault::EncoderUse)?;
+        let (_, compressor) = self.zstd.as_mut().ok_or(ErrorKind::EncoderUse)?;
         let start = out.len();
         out.resize(start + zstd::zstd_safe::compress_bound(payload.len()), 0);
         compressor
             .compress_to_buffer(payload, &mut out[start..])
-            .map_err(|_| Fault::EncoderUse)
+            .map_err(|_| ErrorKind::EncoderUse)
     }
 
     #[cfg(not(feature = "std"))]
-    fn zstd(&mut self, _: (i32, bool), _: &[u8], _: u32, _: &mut Vec<u8>) -> Result<usize, Fault> {
-        Err(Fault::EncoderUse)
+    fn zstd(
+        &mut self,
+        _: (i32, bool),
+        _: &[u8],
+        _: u32,
+        _: &mut Vec<u8>,
+    ) -> Result<usize, ErrorKind> {
+        Err(ErrorKind::EncoderUse)
     }
 }

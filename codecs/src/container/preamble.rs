@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::crc::crc32c;
-use crate::error::{Failure, Fault};
+use crate::error::{ErrorDetail, ErrorKind};
 
 /// Catches text-mode and seven-bit transfer damage, as PNG's signature does.
 pub const MAGIC: [u8; 8] = [0x89, b'D', b'P', b'L', 0x0d, 0x0a, 0x1a, 0x0a];
@@ -35,16 +35,16 @@ impl Preamble {
     /// # Errors
     /// 1001 and 1002.
     pub fn read(bytes: &[u8; PREAMBLE_BYTES]) -> crate::Result<Preamble> {
-        Preamble::parse(bytes).map_err(|fault| Failure::from(fault).at(0))
+        Preamble::parse(bytes).map_err(|fault| ErrorDetail::from(fault).at(0))
     }
 
-    fn parse(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Fault> {
+    fn parse(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, ErrorKind> {
         if bytes[..8] != MAGIC {
-            return Err(Fault::Magic);
+            return Err(ErrorKind::Magic);
         }
         let crc = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]);
         if crc32c(&bytes[..12]) != crc {
-            return Err(Fault::PreambleChecksum);
+            return Err(ErrorKind::PreambleChecksum);
         }
         let version = u16::from_le_bytes([bytes[8], bytes[9]]);
         let profile = u16::from_le_bytes([bytes[10], bytes[11]]);
@@ -52,13 +52,16 @@ impl Preamble {
     }
 
     /// Reads a preamble that this library can go on from.
-    pub(crate) fn read_known(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, Failure> {
+    pub(crate) fn read_known(bytes: &[u8; PREAMBLE_BYTES]) -> Result<Preamble, ErrorDetail> {
         let preamble = Preamble::parse(bytes)?;
         if preamble.version != CONTAINER_VERSION {
-            return Err(Failure::found(Fault::ContainerVersion, preamble.version));
+            return Err(ErrorDetail::found(
+                ErrorKind::ContainerVersion,
+                preamble.version,
+            ));
         }
         if preamble.profile != profile::STREAM {
-            return Err(Failure::found(Fault::Profile, preamble.profile));
+            return Err(ErrorDetail::found(ErrorKind::Profile, preamble.profile));
         }
         Ok(preamble)
     }

@@ -3,7 +3,7 @@
 use super::header::Packing;
 use super::zstd::ZstdDecoders;
 use super::{lz4, zstd};
-use crate::error::{Failure, Fault};
+use crate::error::{ErrorDetail, ErrorKind};
 
 /// Unpacks payloads; keeps its tables from one to the next.
 #[derive(Default)]
@@ -17,18 +17,18 @@ impl Unpacker {
         packing: u8,
         stored: u32,
         unpacked: u32,
-    ) -> Result<Packing, Failure> {
+    ) -> Result<Packing, ErrorDetail> {
         let (stored, unpacked) = (u64::from(stored), u64::from(unpacked));
         let (packing, possible) = match packing {
             0 => (Packing::None, stored == unpacked),
             1 => (Packing::Lz4, unpacked <= stored * lz4::RATIO),
             2 => (Packing::Zstd, unpacked <= stored / 4 * zstd::BLOCK_BYTES),
-            _ => return Err(Failure::found(Fault::Compression, packing)),
+            _ => return Err(ErrorDetail::found(ErrorKind::Compression, packing)),
         };
         if possible {
             Ok(packing)
         } else {
-            Err(Fault::Length.into())
+            Err(ErrorKind::Length.into())
         }
     }
 
@@ -39,7 +39,7 @@ impl Unpacker {
         stored: &[u8],
         unpacked: usize,
         window_limit: u32,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ErrorDetail> {
         Unpacker::check_lengths(packing as u8, stored.len() as u32, unpacked as u32)?;
         if packing == Packing::Zstd {
             zstd::check_frame(stored, unpacked, window_limit)?;
@@ -54,16 +54,16 @@ impl Unpacker {
         stored: &[u8],
         out: &mut [u8],
         window_limit: u32,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ErrorDetail> {
         match packing {
             Packing::None => {
                 if stored.len() != out.len() {
-                    return Err(Fault::Length.into());
+                    return Err(ErrorKind::Length.into());
                 }
                 out.copy_from_slice(stored);
                 Ok(())
             }
-            Packing::Lz4 => lz4::unpack(stored, out).map_err(Failure::from),
+            Packing::Lz4 => lz4::unpack(stored, out).map_err(ErrorDetail::from),
             Packing::Zstd => self.zstd.unpack(stored, out, window_limit),
         }
     }

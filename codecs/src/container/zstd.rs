@@ -4,7 +4,7 @@
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 use ruzstd::io::Read as _;
 
-use crate::error::{Failure, Fault, Limit};
+use crate::error::{ErrorDetail, ErrorKind, Limit};
 
 /// Largest content of a zstd block, and so of four bytes of a frame (RFC 8878, 3.1.1.2.4).
 pub(super) const BLOCK_BYTES: u64 = 128 << 10;
@@ -32,14 +32,20 @@ impl ZstdDecoders {
         frame: &[u8],
         out: &mut [u8],
         window_limit: u32,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ErrorDetail> {
         let blocks = check_frame(frame, out.len(), window_limit)?;
         self.decode(frame, blocks, out, window_limit)
-            .map_err(Failure::from)
+            .map_err(ErrorDetail::from)
     }
 
     #[cfg(feature = "std")]
-    fn decode(&mut self, stored: &[u8], _: Blocks, out: &mut [u8], _: u32) -> Result<(), Fault> {
+    fn decode(
+        &mut self,
+        stored: &[u8],
+        _: Blocks,
+        out: &mut [u8],
+        _: u32,
+    ) -> Result<(), ErrorKind> {
         self.native(stored, out)
     }
 
@@ -50,19 +56,19 @@ impl ZstdDecoders {
         blocks: Blocks,
         out: &mut [u8],
         window_limit: u32,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ErrorKind> {
         self.portable(stored, blocks, out, window_limit)
     }
 
     #[cfg(feature = "std")]
-    fn native(&mut self, stored: &[u8], out: &mut [u8]) -> Result<(), Fault> {
+    fn native(&mut self, stored: &[u8], out: &mut [u8]) -> Result<(), ErrorKind> {
         let decompressor = match &mut self.native_tables {
             Some(kept) => kept,
-            none => none.insert(zstd::bulk::Decompressor::new().map_err(|_| Fault::Zstd)?),
+            none => none.insert(zstd::bulk::Decompressor::new().map_err(|_| ErrorKind::Zstd)?),
         };
         match decompressor.decompress_to_buffer(stored, out) {
             Ok(bytes) if bytes == out.len() => Ok(()),
-            _ => Err(Fault::Zstd),
+            _ => Err(ErrorKind::Zstd),
         }
     }
 
@@ -73,7 +79,7 @@ impl ZstdDecoders {
         blocks: Blocks,
         out: &mut [u8],
         window: u32,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ErrorKind> {
         check_sections(stored, blocks)?;
         let decoder = self.portable_tables.get_or_insert_default();
         // The smallest window that a frame without a single segment can state is 1 KiB.
@@ -81,7 +87,7 @@ impl ZstdDecoders {
         decode_blocks(decoder, stored, out).ok_or_else(|| {
             // A failed frame leaves tables half built; they are not worth keeping.
             self.portable_tables = None;
-            Fault::Zstd
+            ErrorKind::Zstd
         })
     }
 }
@@ -172,8 +178,8 @@ pub(super) fn check_frame(
     frame: &[u8],
     content: usize,
     window_limit: u32,
-) -> Result<Blocks, Failure> {
-    let bad = Fault::ZstdFrame;
+) -> Result<Blocks, ErrorDetail> {
+    let bad = ErrorKind::ZstdFrame;
     let little = |at, bytes| little(frame, at, bytes).ok_or(bad);
     if little(0, 4)? != 0xfd2f_b528 {
         return Err(bad.into());
@@ -207,8 +213,8 @@ pub(super) fn check_frame(
     let window = window.unwrap_or(stated);
     if window > u64::from(window_limit) {
         let limit = u64::from(window_limit);
-        return Err(Failure::limit(
-            Fault::ZstdWindow,
+        return Err(ErrorDetail::limit(
+            ErrorKind::ZstdWindow,
             Limit::ZstdWindowBytes,
             window,
             limit,
@@ -245,8 +251,8 @@ pub(super) fn check_frame(
 /// passed, and the portable one does not: the literals of a block are no more than the block may
 /// hold (RFC 8878, 3.1.1.2.4), and the two reserved bits of the modes are zero (3.1.1.3.2.1).
 #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
-fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), Fault> {
-    let little = |at, bytes| little(frame, at, bytes).ok_or(Fault::Zstd);
+fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), ErrorKind> {
+    let little = |at, bytes| little(frame, at, bytes).ok_or(ErrorKind::Zstd);
     let mut at = blocks.start;
     loop {
         let header = little(at, 3)?;
@@ -268,7 +274,7 @@ fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), Fault> {
                 _ => (5, head >> 4 & 0x3_ffff, Some(head >> 22 & 0x3_ffff)),
             };
             if literals > blocks.most_bytes {
-                return Err(Fault::Zstd);
+                return Err(ErrorKind::Zstd);
             }
             // Sequences: their count in one to three bytes, and if there are any the modes.
             let count = at + header_bytes + stored.unwrap_or(literals) as usize;
@@ -282,7 +288,7 @@ fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), Fault> {
             if let Some(modes) = modes
                 && little(modes, 1)? & 3 != 0
             {
-                return Err(Fault::Zstd);
+                return Err(ErrorKind::Zstd);
             }
         }
         at += if kind == 1 { 1 } else { size };
@@ -350,7 +356,11 @@ mod tests {
         for modes in 0..4 {
             let frame = frame(modes);
             let blocks = check_frame(&frame, 16, 1024).unwrap();
-            let wanted = if modes == 0 { Ok(()) } else { Err(Fault::Zstd) };
+            let wanted = if modes == 0 {
+                Ok(())
+            } else {
+                Err(ErrorKind::Zstd)
+            };
             let mut out = [0; 16];
             assert_eq!(decoders.native(&frame, &mut out), wanted);
             let portable = decoders.portable(&frame, blocks, &mut out, 1024);
@@ -389,7 +399,11 @@ mod tests {
                 let size = content as usize;
                 let blocks = check_frame(&frame, size, 8 << 20).unwrap();
                 let mut out = vec![0; size];
-                let wanted = if more == 0 { Ok(()) } else { Err(Fault::Zstd) };
+                let wanted = if more == 0 {
+                    Ok(())
+                } else {
+                    Err(ErrorKind::Zstd)
+                };
                 assert_eq!(decoders.native(&frame, &mut out), wanted);
                 let portable = decoders.portable(&frame, blocks, &mut out, 8 << 20);
                 assert_eq!(portable, wanted, "{content} {most} {more}");
@@ -431,8 +445,8 @@ mod tests {
             checked.map(|_| ()).map_err(|failure| failure.fault)
         };
         assert_eq!(check(&[1024, 1024]), Ok(()));
-        assert_eq!(check(&[1025, 1023]), Err(Fault::ZstdFrame));
-        assert_eq!(check(&[2048]), Err(Fault::ZstdFrame));
+        assert_eq!(check(&[1025, 1023]), Err(ErrorKind::ZstdFrame));
+        assert_eq!(check(&[2048]), Err(ErrorKind::ZstdFrame));
     }
 
     #[test]
@@ -444,27 +458,30 @@ mod tests {
             checked.map(|_| ()).map_err(|f| f.fault)
         };
         assert_eq!(check(&frame), Ok(()));
-        assert_eq!(check(&[&frame[..], &[0]].concat()), Err(Fault::ZstdFrame));
+        assert_eq!(
+            check(&[&frame[..], &[0]].concat()),
+            Err(ErrorKind::ZstdFrame)
+        );
         assert_eq!(
             check(&[&frame[..], &frame[..]].concat()),
-            Err(Fault::ZstdFrame)
+            Err(ErrorKind::ZstdFrame)
         );
         for end in 0..frame.len() {
-            assert_eq!(check(&frame[..end]), Err(Fault::ZstdFrame));
+            assert_eq!(check(&frame[..end]), Err(ErrorKind::ZstdFrame));
         }
         let window = check_frame(&frame, 5000, 4999).map_err(|f| f.fault);
-        assert_eq!(window.err(), Some(Fault::ZstdWindow));
+        assert_eq!(window.err(), Some(ErrorKind::ZstdWindow));
         let mut with_checksum = zstd::bulk::Compressor::new(3).unwrap();
         with_checksum.include_checksum(true).unwrap();
         assert_eq!(
             check(&with_checksum.compress(&payload).unwrap()),
-            Err(Fault::ZstdFrame)
+            Err(ErrorKind::ZstdFrame)
         );
         let mut without_size = zstd::bulk::Compressor::new(3).unwrap();
         without_size.include_contentsize(false).unwrap();
         assert_eq!(
             check(&without_size.compress(&payload).unwrap()),
-            Err(Fault::ZstdFrame)
+            Err(ErrorKind::ZstdFrame)
         );
     }
 }

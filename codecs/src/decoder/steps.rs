@@ -8,18 +8,22 @@ use crate::container::unpack::Unpacker;
 use crate::container::{
     HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };
-use crate::error::{Failure, Fault, Result};
-use crate::model::Kind;
-use crate::room::reserve_exact;
+use crate::error::{ErrorDetail, ErrorKind, Result};
+use crate::model::ModelKind;
+use crate::reserve::reserve_exact;
 use crate::session::End;
 
 impl Decoder {
     /// Takes in some of `input`: up to the end of a preamble, a header or a payload.
     pub(super) fn step(&mut self, input: &[u8]) -> Result<Option<Event>> {
         match self.phase {
-            Phase::Failed(_) => Err(self.error(Fault::Failed)),
+            Phase::Failed(_) => Err(self.error(ErrorKind::Failed)),
             Phase::Ended if input.is_empty() => Ok(Some(Event::End)),
-            Phase::Ended => self.fail(Fault::TrailingBytes, Recovery::Impossible, self.position),
+            Phase::Ended => self.fail(
+                ErrorKind::TrailingBytes,
+                Recovery::Impossible,
+                self.position,
+            ),
             Phase::Preamble => {
                 if !self.fill_head(input, PREAMBLE_BYTES) {
                     return Ok(Some(Event::NeedInput));
@@ -83,29 +87,35 @@ impl Decoder {
     }
 
     /// Everything a header can be rejected for before its payload comes, and where to go.
-    pub(super) fn check_header(&mut self) -> core::result::Result<Phase, Failure> {
+    pub(super) fn check_header(&mut self) -> core::result::Result<Phase, ErrorDetail> {
         let header = self.header;
         let expected = self.records;
         match header.sequence {
             sequence if sequence == expected => {}
             sequence if sequence > expected && self.searching => {}
-            sequence if sequence > expected => return Err(Fault::RecordGap.into()),
-            sequence if sequence + 1 == expected => return Err(Fault::RecordDuplicate.into()),
-            _ => return Err(Fault::RecordOrder.into()),
+            sequence if sequence > expected => return Err(ErrorKind::RecordGap.into()),
+            sequence if sequence + 1 == expected => return Err(ErrorKind::RecordDuplicate.into()),
+            _ => return Err(ErrorKind::RecordOrder.into()),
         }
         let defined = record_type::is_defined(header.record_type);
         if !defined && header.critical {
-            return Err(Failure::found(Fault::UnknownCritical, header.record_type));
+            return Err(ErrorDetail::found(
+                ErrorKind::UnknownCritical,
+                header.record_type,
+            ));
         }
         if defined && !header.critical {
-            return Err(Failure::found(Fault::CriticalBit, header.record_type));
+            return Err(ErrorDetail::found(
+                ErrorKind::CriticalBit,
+                header.record_type,
+            ));
         }
         if defined && header.version != 0 {
-            return Err(Failure::found(Fault::RecordVersion, header.version));
+            return Err(ErrorDetail::found(ErrorKind::RecordVersion, header.version));
         }
         let is_stream = header.record_type == record_type::STREAM;
         if is_stream != self.session.rate.is_none() {
-            return Err(Fault::NoStream.into());
+            return Err(ErrorKind::NoStream.into());
         }
         let wanted = !self.searching
             || matches!(
@@ -173,7 +183,7 @@ impl Decoder {
                 Ok(event)
             }
             // A group that builds on a lost state, and others like it: the search goes on.
-            Err(failure) if self.searching && failure.fault != Fault::Memory => {
+            Err(failure) if self.searching && failure.fault != ErrorKind::Memory => {
                 self.session.revert();
                 self.next_record();
                 Ok(None)
@@ -186,34 +196,34 @@ impl Decoder {
     }
 
     /// A whole record: checks its CRC, unpacks it and hands it on.
-    fn record(&mut self, stored: &[u8]) -> core::result::Result<Option<Event>, Failure> {
+    fn record(&mut self, stored: &[u8]) -> core::result::Result<Option<Event>, ErrorDetail> {
         let header = self.header;
         let packing =
             Unpacker::check_lengths(header.packing, header.stored_bytes, header.unpacked_bytes)?;
         let bytes = header.unpacked_bytes as usize;
-        let model = Kind::of_record(header.record_type);
+        let model = ModelKind::of_record(header.record_type);
         if let Some(kind) = model
             && packing == Packing::None
         {
             // The copy is staged only once its CRC is known to match.
-            let room = self.session.content_room(bytes, &self.limits);
+            let room = self.session.reserve_content(bytes, &self.limits);
             let (crc, room) = match room {
                 Ok(room) => (crc32c_copy(stored, room), Ok(())),
                 Err(failure) => (crc32c(stored), Err(failure)),
             };
             if crc != header.payload_crc {
-                return Err(Fault::PayloadChecksum.into());
+                return Err(ErrorKind::PayloadChecksum.into());
             }
             room?;
             self.session.content(kind, bytes)?;
             return Ok(None);
         }
         if crc32c(stored) != header.payload_crc {
-            return Err(Fault::PayloadChecksum.into());
+            return Err(ErrorKind::PayloadChecksum.into());
         }
         let window = self.limits.zstd_window_bytes;
         if let Some(kind) = model {
-            let room = self.session.content_room(bytes, &self.limits)?;
+            let room = self.session.reserve_content(bytes, &self.limits)?;
             self.unpacker.unpack(packing, stored, room, window)?;
             self.session.content(kind, bytes)?;
             return Ok(None);
@@ -233,7 +243,7 @@ impl Decoder {
         result
     }
 
-    fn small_record(&mut self, payload: &[u8]) -> core::result::Result<Option<Event>, Failure> {
+    fn small_record(&mut self, payload: &[u8]) -> core::result::Result<Option<Event>, ErrorDetail> {
         Ok(match self.header.record_type {
             record_type::STREAM => Some(Event::Stream(self.session.stream(payload)?)),
             record_type::GROUP => {
@@ -260,24 +270,24 @@ impl Decoder {
         })
     }
 
-    fn end(&mut self, end: End) -> core::result::Result<(), Failure> {
+    fn end(&mut self, end: End) -> core::result::Result<(), ErrorDetail> {
         if self.session.is_open() && !self.searching {
-            return Err(Fault::Uncommitted.into());
+            return Err(ErrorKind::Uncommitted.into());
         }
         if !self.damaged && end.records != self.records {
-            return Err(Fault::EndCount.into());
+            return Err(ErrorKind::EndCount.into());
         }
         if !self.damaged && end.digest != self.digest.finish() {
-            return Err(Fault::EndDigest.into());
+            return Err(ErrorKind::EndDigest.into());
         }
         self.phase = Phase::Ended;
         Ok(())
     }
 
-    /// Stops: drops the frame in the making and remembers how to go on.
+    /// Stops: drops the pending frame and remembers how to go on.
     fn fail<T>(
         &mut self,
-        failure: impl Into<Failure>,
+        failure: impl Into<ErrorDetail>,
         recovery: Recovery,
         offset: u64,
     ) -> Result<T> {
@@ -291,7 +301,7 @@ impl Decoder {
         Err(failure.into().at(offset))
     }
 
-    pub(super) fn error(&self, fault: Fault) -> crate::Error {
-        Failure::from(fault).at(self.position)
+    pub(super) fn error(&self, fault: ErrorKind) -> crate::Error {
+        ErrorDetail::from(fault).at(self.position)
     }
 }

@@ -2,10 +2,10 @@
 
 use super::sections::{Sections, StagedTrack, bucket, points, word};
 use super::{Bucket, CELL_POINTS, Cell, EMPTY, Place, State};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// Turns gaps into indices, in place. After a fault the bytes mean nothing.
-fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: Fault) -> Result<(), Fault> {
+fn gaps_to_indices(bytes: &mut [u8], bound: u32, fault: ErrorKind) -> Result<(), ErrorKind> {
     let mut next = 0u64;
     for gap in bytes.as_chunks_mut::<4>().0 {
         let index = next + u64::from(word(*gap));
@@ -26,13 +26,13 @@ pub(super) fn check_track(
     emptied: bool,
     filled: bool,
     state: &mut State,
-) -> Result<(), Fault> {
+) -> Result<(), ErrorKind> {
     let place = state.places[staged.place];
     let grid = &place.grid;
     let bucket_gaps = &mut bytes[staged.bucket_indices.clone()];
-    gaps_to_indices(bucket_gaps, grid.bucket_count, Fault::BucketIndex)?;
+    gaps_to_indices(bucket_gaps, grid.bucket_count, ErrorKind::BucketIndex)?;
     let cell_gaps = &mut bytes[staged.cell_indices.clone()];
-    gaps_to_indices(cell_gaps, grid.cell_capacity, Fault::CellIndex)?;
+    gaps_to_indices(cell_gaps, grid.cell_capacity, ErrorKind::CellIndex)?;
     let sections = Sections::new(bytes, staged);
     let homes = &mut state.next_homes[place.cells()];
     if staged.keyframe && !emptied && filled {
@@ -63,14 +63,14 @@ fn check_cells<const B: usize, const S: usize>(
     place: &Place,
     committed: Option<Committed<'_>>,
     next_homes: &mut [u32],
-) -> Result<(), Fault> {
+) -> Result<(), ErrorKind> {
     // The volume is at most 2^32 - 1.
     let volume = place.grid.volume() as u32;
     let cells = sections.cell_indices.iter().zip(sections.keys);
     for ((index, key), cell) in cells.zip(sections.points.as_chunks::<S>().0) {
         let (index, key) = (word(*index), word(*key));
         if key >= volume && key != EMPTY {
-            return Err(Fault::CellKey);
+            return Err(ErrorKind::CellKey);
         }
         check_points(points::<B, S>(cell), 1 << (8 * B - 1), key == EMPTY)?;
         // Most cells of a delta keep their key. Reading it here also fetches the cell for the write
@@ -80,7 +80,9 @@ fn check_cells<const B: usize, const S: usize>(
             continue;
         }
         let home = place.hasher.home(key);
-        let next = next_homes.get_mut(index as usize).ok_or(Fault::CellIndex)?;
+        let next = next_homes
+            .get_mut(index as usize)
+            .ok_or(ErrorKind::CellIndex)?;
         let old_home = core::mem::replace(next, home);
         if old_home != home
             && old_home != EMPTY
@@ -90,7 +92,7 @@ fn check_cells<const B: usize, const S: usize>(
                 .find_bucket(old_home)
                 .unwrap_or(committed.buckets[old_home as usize]);
             if bucket.0.contains(&index) {
-                return Err(Fault::CellMoved);
+                return Err(ErrorKind::CellMoved);
             }
         }
     }
@@ -99,7 +101,7 @@ fn check_cells<const B: usize, const S: usize>(
 
 /// Each point is 0 or has the bit `there`, no point stands after a 0, and a free cell has none.
 #[inline(always)]
-fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<(), Fault> {
+fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<(), ErrorKind> {
     // Without branches, since how many points a cell has is anyone's guess. `p | -p` has the bit if
     // p is not 0; then p must have it, and so must the point before.
     let mut before = if free { 0 } else { there };
@@ -112,17 +114,17 @@ fn check_points(points: [u32; CELL_POINTS], there: u32, free: bool) -> Result<()
         return Ok(());
     }
     if points.iter().any(|&p| p != 0 && p & there == 0) {
-        return Err(Fault::PointBits);
+        return Err(ErrorKind::PointBits);
     }
     let used = points.iter().take_while(|&&p| p != 0).count();
     if points[used..].iter().any(|&p| p != 0) {
-        return Err(Fault::PointCompact);
+        return Err(ErrorKind::PointCompact);
     }
-    Err(Fault::FreeCell)
+    Err(ErrorKind::FreeCell)
 }
 
 /// Entries used first, inside the track, named once, and of cells whose key hashes here.
-fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Fault> {
+fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), ErrorKind> {
     for (index, bytes) in sections.bucket_indices.iter().zip(sections.buckets) {
         let index = word(*index);
         let Bucket(entries) = bucket(bytes);
@@ -131,16 +133,16 @@ fn check_buckets(sections: &Sections<'_>, next_homes: &[u32]) -> Result<(), Faul
             used |= u32::from(entry != EMPTY) << i;
         }
         if used & (used + 1) != 0 {
-            return Err(Fault::BucketCompact);
+            return Err(ErrorKind::BucketCompact);
         }
         for (i, &entry) in entries.iter().take_while(|&&e| e != EMPTY).enumerate() {
             match next_homes.get(entry as usize) {
-                None => return Err(Fault::BucketEntry),
-                Some(&home) if home != index => return Err(Fault::EntryHash),
+                None => return Err(ErrorKind::BucketEntry),
+                Some(&home) if home != index => return Err(ErrorKind::EntryHash),
                 Some(_) => {}
             }
             if entries[..i].contains(&entry) {
-                return Err(Fault::BucketTwice);
+                return Err(ErrorKind::BucketTwice);
             }
         }
     }
@@ -180,9 +182,9 @@ mod tests {
             let bits = points.iter().all(|&p| p == 0 || p >= there);
             let compact = points.windows(2).all(|pair| pair[0] != 0 || pair[1] == 0);
             let wanted = match (bits, compact, free && points != [0; CELL_POINTS]) {
-                (false, _, _) => Err(Fault::PointBits),
-                (_, false, _) => Err(Fault::PointCompact),
-                (_, _, true) => Err(Fault::FreeCell),
+                (false, _, _) => Err(ErrorKind::PointBits),
+                (_, false, _) => Err(ErrorKind::PointCompact),
+                (_, _, true) => Err(ErrorKind::FreeCell),
                 _ => Ok(()),
             };
             assert_eq!(check_points(points, there, free), wanted, "{points:x?}");

@@ -8,21 +8,21 @@ use super::check::check_track;
 use super::sections::{BUCKET_BYTES, Sections, StagedTrack, apply_buckets, apply_cells};
 use super::state::Plan;
 use super::{Bucket, CELL_POINTS, Cell, State};
-use crate::content::{Base, Head, ShapeFaults};
+use crate::content::{Base, Head, ShapeErrors};
 use crate::digest::StateDigest;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::frame::FrameInfo;
-use crate::model::Kind;
+use crate::model::ModelKind;
 use crate::part;
-use crate::room::make_room;
+use crate::reserve::reserve_bounded;
 use crate::track::{LiveTrack, Track};
 
-const FAULTS: ShapeFaults = ShapeFaults {
-    size: Fault::PointsSize,
-    reserved: Fault::PointsReserved,
+const FAULTS: ShapeErrors = ShapeErrors {
+    size: ErrorKind::PointsSize,
+    reserved: ErrorKind::PointsReserved,
 };
 
-/// The state of the model, and what the frame in the making has for it.
+/// The state of the model, and what the pending frame has for it.
 #[derive(Default)]
 pub(crate) struct Part {
     pub(crate) state: State,
@@ -37,13 +37,13 @@ impl Part {
 }
 
 impl part::Part for Part {
-    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault> {
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, ErrorKind> {
         let (plan, bytes) = self.state.plan(tracks)?;
         self.plan = Some(plan);
         Ok(bytes)
     }
 
-    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), Fault> {
+    fn add(&mut self, tracks: &[Track], most: u64, limit: usize) -> Result<(), ErrorKind> {
         match self.plan.take() {
             Some(plan) => self.state.add(tracks, plan, most, limit),
             None => Ok(()),
@@ -74,20 +74,23 @@ impl part::Part for Part {
         payload: Range<usize>,
         base: Base,
         tracks: &mut [LiveTrack],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ErrorKind> {
         let mut head = Head::read(&frame[payload.clone()], base, FAULTS)?;
         let end = payload.end;
         let mut at = payload.start + head.bytes();
         for i in 0..head.count {
-            let entry = head.entry(&frame[payload.clone()], i, Kind::Points, tracks)?;
+            let entry = head.entry(&frame[payload.clone()], i, ModelKind::Points, tracks)?;
             let [bucket_count, cell_count] = entry.numbers;
-            let place = self.state.index_of(entry.id).ok_or(Fault::UnknownTrack)?;
+            let place = self
+                .state
+                .index_of(entry.id)
+                .ok_or(ErrorKind::UnknownTrack)?;
             let widths = self.state.places[place].grid.widths;
             let point_bytes = widths.bits() as usize / 8 * CELL_POINTS;
-            let mut section = |items: u32, item: usize| -> Result<Range<usize>, Fault> {
+            let mut section = |items: u32, item: usize| -> Result<Range<usize>, ErrorKind> {
                 let length = u64::from(items) * item as u64;
                 if length > (end - at) as u64 {
-                    return Err(Fault::PointsSize);
+                    return Err(ErrorKind::PointsSize);
                 }
                 let start = at;
                 at += length as usize;
@@ -104,10 +107,10 @@ impl part::Part for Part {
             };
             let padding = section((staged.points.len().wrapping_neg() & 3) as u32, 1)?;
             if frame[padding].iter().any(|&b| b != 0) {
-                return Err(Fault::PointsReserved);
+                return Err(ErrorKind::PointsReserved);
             }
             // Marked before it is checked, so that a fault reverts it.
-            make_room(&mut self.staged, 1, tracks.len())?;
+            reserve_bounded(&mut self.staged, 1, tracks.len())?;
             let live = &mut tracks[entry.slot];
             live.staged = true;
             let checked = check_track(frame, &staged, base.emptied, live.filled, &mut self.state);
@@ -115,7 +118,7 @@ impl part::Part for Part {
             checked?;
         }
         if at != end {
-            return Err(Fault::PointsSize);
+            return Err(ErrorKind::PointsSize);
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 
 use super::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Grid};
 use crate::content::write_head;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::wire::{pad4, put_u32};
 
 /// Content of one track for one frame. Indices count within the track and ascend strictly.
@@ -26,19 +26,19 @@ pub struct Update<'a> {
 pub(crate) fn write_payload<'g>(
     base: Option<u32>,
     updates: &[Update<'_>],
-    grid_of: impl Fn(u32) -> Result<&'g Grid, Fault>,
+    grid_of: impl Fn(u32) -> Result<&'g Grid, ErrorKind>,
     out: &mut Vec<u8>,
-) -> Result<(), Fault> {
-    let count = |n: usize| u32::try_from(n).map_err(|_| Fault::EncoderUse);
+) -> Result<(), ErrorKind> {
+    let count = |n: usize| u32::try_from(n).map_err(|_| ErrorKind::EncoderUse);
     if !updates.is_sorted_by(|a, b| a.track < b.track) {
-        return Err(Fault::EntryOrder);
+        return Err(ErrorKind::EntryOrder);
     }
     write_head(base, count(updates.len())?, out);
     for update in updates {
         if update.bucket_indices.len() != update.buckets.len()
             || update.cell_indices.len() != update.cells.len()
         {
-            return Err(Fault::EncoderUse);
+            return Err(ErrorKind::EncoderUse);
         }
         put_u32(out, update.track);
         put_u32(out, count(update.buckets.len())?);
@@ -51,11 +51,11 @@ pub(crate) fn write_payload<'g>(
     Ok(())
 }
 
-fn write_track(grid: &Grid, update: &Update<'_>, out: &mut Vec<u8>) -> Result<(), Fault> {
+fn write_track(grid: &Grid, update: &Update<'_>, out: &mut Vec<u8>) -> Result<(), ErrorKind> {
     write_gaps(
         update.bucket_indices,
         grid.bucket_count,
-        Fault::BucketIndex,
+        ErrorKind::BucketIndex,
         out,
     )?;
     out.reserve(update.buckets.len() * 4 * BUCKET_ENTRIES);
@@ -65,13 +65,13 @@ fn write_track(grid: &Grid, update: &Update<'_>, out: &mut Vec<u8>) -> Result<()
     write_gaps(
         update.cell_indices,
         grid.cell_capacity,
-        Fault::CellIndex,
+        ErrorKind::CellIndex,
         out,
     )?;
     out.reserve(update.cells.len() * 4 * (1 + CELL_POINTS));
     for cell in update.cells {
         if cell.key != EMPTY && u64::from(cell.key) >= grid.volume() {
-            return Err(Fault::CellKey);
+            return Err(ErrorKind::CellKey);
         }
         put_u32(out, cell.key);
     }
@@ -79,7 +79,7 @@ fn write_track(grid: &Grid, update: &Update<'_>, out: &mut Vec<u8>) -> Result<()
     let bits = grid.widths.bits();
     for point in update.cells.iter().flat_map(|cell| cell.points) {
         if point != 0 && point >> (bits - 1) != 1 {
-            return Err(Fault::PointBits);
+            return Err(ErrorKind::PointBits);
         }
         out.extend_from_slice(&point.to_le_bytes()[..bits as usize / 8]);
     }
@@ -89,7 +89,12 @@ fn write_track(grid: &Grid, update: &Update<'_>, out: &mut Vec<u8>) -> Result<()
 
 /// Each index as the number of indices left out since the one before: for runs that is all zeros,
 /// which packs far better than the indices themselves.
-fn write_gaps(indices: &[u32], bound: u32, fault: Fault, out: &mut Vec<u8>) -> Result<(), Fault> {
+fn write_gaps(
+    indices: &[u32],
+    bound: u32,
+    fault: ErrorKind,
+    out: &mut Vec<u8>,
+) -> Result<(), ErrorKind> {
     let mut next = 0u32;
     for &index in indices {
         if index < next || index >= bound {

@@ -3,14 +3,14 @@
 use alloc::vec::Vec;
 
 use super::{EMPTY, Grid, PointWidths};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::wire::{Reader, put_f32, put_u16, put_u32, rows};
 
 /// How many codings the model has: 0 is `cells`.
 pub(crate) const CODINGS: u16 = 1;
 
 impl Grid {
-    pub(crate) fn read(r: &mut Reader<'_>) -> Result<Grid, Fault> {
+    pub(crate) fn read(r: &mut Reader<'_>) -> Result<Grid, ErrorKind> {
         let grid_from_mesh = rows(r.floats()?);
         let dims = [r.u16()?, r.u16()?, r.u16()?];
         r.zero(2)?;
@@ -45,32 +45,32 @@ impl Grid {
         put_u32(out, self.cell_capacity);
     }
 
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ErrorKind> {
         let floats = self.grid_from_mesh.as_flattened().iter();
         if !floats
             .chain([&self.cell_edge, &self.radius])
             .all(|f| f.is_finite())
         {
-            return Err(Fault::NotFinite);
+            return Err(ErrorKind::NotFinite);
         }
         if self.dims.contains(&0) || self.volume() > u64::from(u32::MAX) {
-            return Err(Fault::GridDims);
+            return Err(ErrorKind::GridDims);
         }
         // An encoder that computes the edge as 2 r in another order may be one step of f32 short.
         let wide_enough = 2.0 * self.radius <= self.cell_edge.next_up();
         if self.radius <= 0.0 || self.cell_edge <= 0.0 || !wide_enough {
-            return Err(Fault::GridRadius);
+            return Err(ErrorKind::GridRadius);
         }
         self.widths.check()?;
         if self.bucket_count == 0 || self.cell_capacity == 0 || self.cell_capacity == EMPTY {
-            return Err(Fault::GridCapacity);
+            return Err(ErrorKind::GridCapacity);
         }
         Ok(())
     }
 }
 
 impl PointWidths {
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ErrorKind> {
         let right = (1..=8).contains(&self.position)
             && (2..=8).contains(&self.normal)
             && (1..=8).contains(&self.ao)
@@ -78,7 +78,7 @@ impl PointWidths {
         if right {
             Ok(())
         } else {
-            Err(Fault::PointWidths)
+            Err(ErrorKind::PointWidths)
         }
     }
 }

@@ -5,10 +5,10 @@ use core::ops::Range;
 
 use super::{Bucket, Cell, EMPTY, Grid, Hasher};
 use crate::dirty::{DirtyList, DirtyRange};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::model::Model;
 use crate::ranges::FreeRanges;
-use crate::room::{make_room, reserve_exact};
+use crate::reserve::{reserve_bounded, reserve_exact};
 use crate::track::{LiveTrack, Track};
 
 /// Dirty ranges of each array.
@@ -64,7 +64,7 @@ pub(super) struct Plan {
 pub struct State {
     pub(super) buckets: Vec<Bucket>,
     pub(super) cells: Vec<Cell>,
-    /// The bucket that each cell's key hashes to after the frame in the making, [`EMPTY`] for a free
+    /// The bucket that each cell's key hashes to after the pending frame, [`EMPTY`] for a free
     /// cell. Hashing runs over the cells in order, and the checks of bucket entries, which jump,
     /// read four bytes a cell. Agrees with `cells` between frames.
     pub(super) next_homes: Vec<u32>,
@@ -144,7 +144,7 @@ impl State {
     /// Plans room for the tracks of the model. Returns the bytes of state with them too, or none
     /// where there are more items than indices count. Nothing is reserved
     /// for them.
-    pub(super) fn plan(&self, tracks: &[Track]) -> Result<(Plan, Option<u64>), Fault> {
+    pub(super) fn plan(&self, tracks: &[Track]) -> Result<(Plan, Option<u64>), ErrorKind> {
         let mut places = Vec::new();
         reserve_exact(&mut places, tracks.len())?;
         // Each track gives one range back when it is removed.
@@ -175,7 +175,7 @@ impl State {
         plan: Plan,
         most: u64,
         limit: usize,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ErrorKind> {
         // What an earlier stream left may be too much of one kind for this one.
         let buckets = (self.buckets.capacity() as u64).max(plan.buckets_end);
         let cells = (self.cells.capacity() as u64).max(plan.cells_end);
@@ -191,7 +191,7 @@ impl State {
         reserve_exact(&mut self.buckets, new_buckets)?;
         reserve_exact(&mut self.cells, new_cells)?;
         reserve_exact(&mut self.next_homes, new_cells)?;
-        make_room(&mut self.places, plan.places.len(), limit)?;
+        reserve_bounded(&mut self.places, plan.places.len(), limit)?;
         self.dirty_buckets.reserve(MAX_DIRTY)?;
         self.dirty_cells.reserve(MAX_DIRTY)?;
         // From here on nothing fails.
@@ -241,7 +241,7 @@ impl State {
         self.touch(&place);
     }
 
-    /// The frame in the making starts with all cells of a track free.
+    /// The pending frame starts with all cells of a track free.
     pub(super) fn expect_nothing(&mut self, index: usize) {
         let place = self.places[index];
         self.next_homes[place.cells()].fill(EMPTY);

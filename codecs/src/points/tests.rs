@@ -1,7 +1,7 @@
 //! Packing, hashing and the widths.
 
 use super::*;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use alloc::vec::Vec;
 
 fn grid(widths: PointWidths) -> Grid {
@@ -192,49 +192,49 @@ fn grids_that_cannot_be_are_refused() {
                 cell_edge: short.next_down(),
                 ..good
             },
-            Fault::GridRadius,
+            ErrorKind::GridRadius,
         ),
         (
             Grid {
                 radius: 0.0,
                 ..good
             },
-            Fault::GridRadius,
+            ErrorKind::GridRadius,
         ),
         (
             Grid {
                 radius: f32::NAN,
                 ..good
             },
-            Fault::NotFinite,
+            ErrorKind::NotFinite,
         ),
         (
             Grid {
                 dims: [0, 1, 1],
                 ..good
             },
-            Fault::GridDims,
+            ErrorKind::GridDims,
         ),
         (
             Grid {
                 dims: [65535, 65535, 2],
                 ..good
             },
-            Fault::GridDims,
+            ErrorKind::GridDims,
         ),
         (
             Grid {
                 bucket_count: 0,
                 ..good
             },
-            Fault::GridCapacity,
+            ErrorKind::GridCapacity,
         ),
         (
             Grid {
                 cell_capacity: EMPTY,
                 ..good
             },
-            Fault::GridCapacity,
+            ErrorKind::GridCapacity,
         ),
     ];
     for (grid, fault) in cases {

@@ -8,20 +8,20 @@ use core::ops::Range;
 use super::state::{MAX_DIRTY, PROBE_BYTES, SETS, VolumeState};
 use super::values::Scales;
 use super::{Coding, State, Volume, contexts, packed, raw};
-use crate::content::{Base, Head, ShapeFaults};
+use crate::content::{Base, Head, ShapeErrors};
 use crate::digest::StateDigest;
 use crate::dirty::DirtyRange;
 use crate::entropy;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::frame::FrameInfo;
-use crate::model::{Kind, Model};
+use crate::model::{Model, ModelKind};
 use crate::part;
-use crate::room::make_room;
+use crate::reserve::reserve_bounded;
 use crate::track::{LiveTrack, Track};
 
-const FAULTS: ShapeFaults = ShapeFaults {
-    size: Fault::ProbesSize,
-    reserved: Fault::ProbesReserved,
+const FAULTS: ShapeErrors = ShapeErrors {
+    size: ErrorKind::ProbesSize,
+    reserved: ErrorKind::ProbesReserved,
 };
 /// Flag of a track in a record: its visibility block follows.
 pub(super) const HAS_VISIBILITY: u32 = 1;
@@ -34,7 +34,7 @@ fn section_work(probes: usize, changed: u32) -> u64 {
     32 * u64::from(changed) + probes as u64 / 512 + 1
 }
 
-/// The state of the model, and what the frame in the making has for it.
+/// The state of the model, and what the pending frame has for it.
 #[derive(Default)]
 pub(crate) struct Part {
     pub(crate) state: State,
@@ -42,7 +42,7 @@ pub(crate) struct Part {
     work: u64,
 }
 
-/// A track of the frame in the making, whose probes are decoded.
+/// A track of the pending frame, whose probes are decoded.
 struct Staged {
     /// Index in the state's list of volumes.
     index: usize,
@@ -79,14 +79,14 @@ pub(crate) fn state_bytes(volume: &Volume) -> u64 {
 }
 
 impl part::Part for Part {
-    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, Fault> {
+    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, ErrorKind> {
         let there = self.state.volumes.iter().map(|v| &v.volume);
         let all = there.chain(volumes(tracks).map(|(_, volume)| volume));
         let bytes = all.fold(0u64, |sum, volume| sum.saturating_add(state_bytes(volume)));
         Ok(usize::try_from(bytes).is_ok().then_some(bytes))
     }
 
-    fn add(&mut self, tracks: &[Track], _most: u64, limit: usize) -> Result<(), Fault> {
+    fn add(&mut self, tracks: &[Track], _most: u64, limit: usize) -> Result<(), ErrorKind> {
         volumes(tracks).try_for_each(|(id, volume)| self.state.add(id, volume, limit))
     }
 
@@ -108,26 +108,29 @@ impl part::Part for Part {
         payload: Range<usize>,
         base: Base,
         tracks: &mut [LiveTrack],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ErrorKind> {
         let payload_bytes = &frame[payload.clone()];
         let mut head = Head::read(payload_bytes, base, FAULTS)?;
         let mut at = head.bytes();
         for i in 0..head.count {
-            let entry = head.entry(payload_bytes, i, Kind::Probes, tracks)?;
+            let entry = head.entry(payload_bytes, i, ModelKind::Probes, tracks)?;
             let [size, flags] = entry.numbers;
-            let index = self.state.index_of(entry.id).ok_or(Fault::UnknownTrack)?;
+            let index = self
+                .state
+                .index_of(entry.id)
+                .ok_or(ErrorKind::UnknownTrack)?;
             let volume = &mut self.state.volumes[index];
             let visibility_bytes = volume.volume.visibility_bytes();
             if flags > HAS_VISIBILITY || (flags == HAS_VISIBILITY && visibility_bytes == 0) {
-                return Err(Fault::ProbesReserved);
+                return Err(ErrorKind::ProbesReserved);
             }
             let section = payload_bytes[at..].get(..size as usize);
-            let section = section.ok_or(Fault::ProbesSize)?;
+            let section = section.ok_or(ErrorKind::ProbesSize)?;
             let mut probes = section;
             let mut visibility = None;
             if flags == HAS_VISIBILITY {
                 if visibility_bytes > u64::from(size) {
-                    return Err(Fault::ProbesSize);
+                    return Err(ErrorKind::ProbesSize);
                 }
                 let bytes = visibility_bytes as usize;
                 probes = &section[bytes..];
@@ -135,7 +138,7 @@ impl part::Part for Part {
                 visibility = Some(start..start + bytes);
             }
             at += section.len();
-            make_room(&mut self.staged, 1, tracks.len())?;
+            reserve_bounded(&mut self.staged, 1, tracks.len())?;
             let changed = decode(probes, volume, head.keyframe);
             // Kept before the result is looked at, so that a fault reverts it.
             tracks[entry.slot].staged = true;
@@ -148,7 +151,7 @@ impl part::Part for Part {
             self.work += section_work(volume.volume.count(), changed?);
         }
         if at != payload_bytes.len() {
-            return Err(Fault::ProbesSize);
+            return Err(ErrorKind::ProbesSize);
         }
         Ok(())
     }
@@ -237,7 +240,7 @@ impl part::Part for Part {
 }
 
 /// Decodes the probes of a track into `next`. Returns how many changed.
-fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, Fault> {
+fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, ErrorKind> {
     if keyframe {
         state.start_empty();
     }
@@ -254,7 +257,7 @@ fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, 
                 };
                 let scales = Scales::new(&steps);
                 let changed = packed::code(&mut reader, &state.volume, &scales, None, &mut walk)?;
-                reader.end(Fault::ProbesEntropy)?;
+                reader.end(ErrorKind::ProbesEntropy)?;
                 Ok(changed)
             })
         }

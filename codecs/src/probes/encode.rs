@@ -8,7 +8,7 @@ use super::values::Scales;
 use super::{Coding, Probe, Volume, contexts, packed, raw};
 use crate::content::write_head;
 use crate::entropy;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::index_set::IndexSet;
 use crate::wire::put_u32;
 
@@ -33,12 +33,12 @@ pub struct Update<'a> {
 pub(crate) fn write_payload<'v>(
     base: Option<u32>,
     updates: &[Update<'_>],
-    volume_of: impl Fn(u32) -> Result<(&'v Volume, &'v [Probe]), Fault>,
+    volume_of: impl Fn(u32) -> Result<(&'v Volume, &'v [Probe]), ErrorKind>,
     out: &mut Vec<u8>,
-) -> Result<(), Fault> {
-    let count = |n: usize| u32::try_from(n).map_err(|_| Fault::EncoderUse);
+) -> Result<(), ErrorKind> {
+    let count = |n: usize| u32::try_from(n).map_err(|_| ErrorKind::EncoderUse);
     if !updates.is_sorted_by(|a, b| a.track < b.track) {
-        return Err(Fault::EntryOrder);
+        return Err(ErrorKind::EntryOrder);
     }
     write_head(base, count(updates.len())?, out);
     let mut entry = out.len();
@@ -50,7 +50,7 @@ pub(crate) fn write_payload<'v>(
     for update in updates {
         let (volume, committed) = volume_of(update.track)?;
         if base.is_some() && update.base.len() == committed.len() && update.base != committed {
-            return Err(Fault::MissingBase);
+            return Err(ErrorKind::MissingBase);
         }
         let start = out.len();
         write_track(volume, base.is_none(), update, out)?;
@@ -66,15 +66,15 @@ fn write_track(
     keyframe: bool,
     update: &Update<'_>,
     out: &mut Vec<u8>,
-) -> Result<(), Fault> {
+) -> Result<(), ErrorKind> {
     let probes = update.probes;
     let base = (!keyframe).then_some(update.base);
     if probes.len() != volume.count() || base.is_some_and(|base| base.len() != probes.len()) {
-        return Err(Fault::EncoderUse);
+        return Err(ErrorKind::EncoderUse);
     }
     if let Some(bytes) = update.visibility {
         if bytes.is_empty() || bytes.len() as u64 != volume.visibility_bytes() {
-            return Err(Fault::EncoderUse);
+            return Err(ErrorKind::EncoderUse);
         }
         out.extend_from_slice(bytes);
     }

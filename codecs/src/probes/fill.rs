@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 
 use super::f16::{f16_from_units, units_from_f16};
 use super::{Probe, TEXELS, Texel};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::index_set::IndexSet;
-use crate::room::filled;
+use crate::reserve::filled;
 
 /// Absent probes that are more steps than this from each present one are 0. A change of a probe
 /// reaches no further, which bounds its work.
@@ -30,7 +30,7 @@ impl Fill {
     pub(super) const SETS: usize = REACH + 2;
 
     /// The fill of `count` absent probes.
-    pub(super) fn new(count: usize) -> Result<Fill, Fault> {
+    pub(super) fn new(count: usize) -> Result<Fill, ErrorKind> {
         let set = || IndexSet::new(count);
         Ok(Fill {
             distances: filled(count, FAR)?,

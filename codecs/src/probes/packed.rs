@@ -4,7 +4,7 @@ use super::contexts;
 use super::values::{MOST_LOG, MOST_RELATIVE, Scales};
 use super::{CODES, GROUPS, Probe, Volume, codes_below};
 use crate::entropy::Coder;
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::index_set::IndexSet;
 
 /// What is remembered of a probe for those after it: bits 0 to 26 which codes have a residual, bits
@@ -39,7 +39,7 @@ pub(super) fn code<C: Coder>(
     scales: &Scales,
     wanted: Option<&[Probe]>,
     walk: &mut Walk<'_>,
-) -> Result<u32, Fault> {
+) -> Result<u32, ErrorKind> {
     let dims = volume.dims.map(usize::from);
     let strides = [1, dims[0], dims[0] * dims[1]];
     let mut changed_probes = 0;
@@ -161,7 +161,7 @@ fn code_probe<C: Coder>(
     base: &Probe,
     wanted: &Probe,
     probe: &mut Probe,
-) -> Result<Mark, Fault> {
+) -> Result<Mark, ErrorKind> {
     let level = code_level(coder, base.level, wanted.level);
     probe.level = level;
     if level < base.level {
@@ -261,7 +261,7 @@ fn code_magnitude<C: Coder>(coder: &mut C, fresh: bool, group: usize, wanted: u3
 
 /// A code in its range.
 #[inline(always)]
-fn check_code(scales: &Scales, group: usize, code: i32) -> Result<(), Fault> {
+fn check_code(scales: &Scales, group: usize, code: i32) -> Result<(), ErrorKind> {
     // Codes are within 2^16, or a sum of two such, and steps too.
     let scaled = i64::from(code) * i64::from(scales.0[group]);
     let fits = match group {
@@ -272,15 +272,15 @@ fn check_code(scales: &Scales, group: usize, code: i32) -> Result<(), Fault> {
     if fits && i16::try_from(code).is_ok() {
         Ok(())
     } else {
-        Err(Fault::ProbeCode)
+        Err(ErrorKind::ProbeCode)
     }
 }
 
 /// A probe that an encoder may write.
-pub(super) fn check_probe(scales: &Scales, probe: &Probe) -> Result<(), Fault> {
+pub(super) fn check_probe(scales: &Scales, probe: &Probe) -> Result<(), ErrorKind> {
     let used = codes_below(probe.level);
     if probe.level > 3 || probe.codes[used..] != [0; CODES][used..] {
-        return Err(Fault::EncoderUse);
+        return Err(ErrorKind::EncoderUse);
     }
     for (index, group) in GROUPS.iter().enumerate() {
         for &code in &probe.codes[group.start..group.end] {

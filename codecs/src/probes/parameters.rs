@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::{Coding, Steps, Visibility, Volume};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::wire::{Reader, put_f32, put_u16, rows};
 
 /// How many codings the model has: 0 is `raw`, 1 is `packed`.
@@ -24,7 +24,7 @@ impl Volume {
         }
     }
 
-    pub(crate) fn read(coding: u16, r: &mut Reader<'_>) -> Result<Volume, Fault> {
+    pub(crate) fn read(coding: u16, r: &mut Reader<'_>) -> Result<Volume, ErrorKind> {
         let grid_from_mesh = rows(r.floats()?);
         let dims = [r.u16()?, r.u16()?, r.u16()?];
         r.zero(2)?;
@@ -39,7 +39,7 @@ impl Volume {
         }
         let [y0, c0, y1, c1, y2, c2] = steps;
         let coding = match coding {
-            0 if steps != [0; 6] => return Err(Fault::PayloadReserved),
+            0 if steps != [0; 6] => return Err(ErrorKind::PayloadReserved),
             0 => Coding::Raw,
             _ => Coding::Packed(Steps {
                 luma: [y0, y1, y2],
@@ -71,23 +71,23 @@ impl Volume {
         steps.iter().for_each(|&step| put_u16(out, step));
     }
 
-    pub(crate) fn check(&self) -> Result<(), Fault> {
+    pub(crate) fn check(&self) -> Result<(), ErrorKind> {
         let floats = self.grid_from_mesh.as_flattened().iter();
         let floats = floats.chain(&self.spacing);
         if !floats
             .chain([&self.visibility.range])
             .all(|f| f.is_finite())
         {
-            return Err(Fault::NotFinite);
+            return Err(ErrorKind::NotFinite);
         }
         if self.dims.contains(&0) || self.probes() > MOST_PROBES {
-            return Err(Fault::VolumeDims);
+            return Err(ErrorKind::VolumeDims);
         }
         if self.spacing.iter().any(|&metres| metres <= 0.0) {
-            return Err(Fault::VolumeSpacing);
+            return Err(ErrorKind::VolumeSpacing);
         }
         if !(-64..=64).contains(&self.exponent) {
-            return Err(Fault::VolumeExponent);
+            return Err(ErrorKind::VolumeExponent);
         }
         let Visibility { side, range } = self.visibility;
         let fits = match side {
@@ -96,14 +96,14 @@ impl Volume {
             _ => false,
         };
         if !fits {
-            return Err(Fault::VolumeVisibility);
+            return Err(ErrorKind::VolumeVisibility);
         }
         if let Coding::Packed(steps) = self.coding {
             let [first, rest @ ..] = steps.flat();
             let fits = (1..=MOST_LOG_STEP).contains(&first)
                 && rest.iter().all(|step| (1..=MOST_STEP).contains(step));
             if !fits {
-                return Err(Fault::VolumeSteps);
+                return Err(ErrorKind::VolumeSteps);
             }
         }
         Ok(())

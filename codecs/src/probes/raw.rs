@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use super::{CODES, Probe};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::index_set::IndexSet;
 
 /// Bytes of a probe: 27 values and two zeros.
@@ -15,10 +15,10 @@ pub(super) fn read(
     bytes: &[u8],
     probes: &mut [Probe],
     changed_probes: &mut IndexSet,
-) -> Result<u32, Fault> {
+) -> Result<u32, ErrorKind> {
     let map_bytes = probes.len().div_ceil(8);
     let maps = bytes.split_at_checked(2 * map_bytes);
-    let (maps, values) = maps.ok_or(Fault::ProbesSize)?;
+    let (maps, values) = maps.ok_or(ErrorKind::ProbesSize)?;
     let (changed, present) = maps.split_at(map_bytes);
     let past = 0xffu8.checked_shl(probes.len() as u32 % 8).unwrap_or(0);
     let past = if probes.len().is_multiple_of(8) {
@@ -30,10 +30,10 @@ pub(super) fn read(
     let padding = |map: &[u8]| map.last().is_some_and(|last| last & past != 0);
     let stray = changed.iter().zip(present).any(|(c, p)| p & !c != 0);
     if padding(changed) || padding(present) || stray {
-        return Err(Fault::ProbesReserved);
+        return Err(ErrorKind::ProbesReserved);
     }
     if values.len() as u64 != u64::from(set(present)) * PROBE_BYTES as u64 {
-        return Err(Fault::ProbesSize);
+        return Err(ErrorKind::ProbesSize);
     }
     let mut values = values.as_chunks::<PROBE_BYTES>().0.iter();
     for (at, (&changed, &present)) in changed.iter().zip(present).enumerate() {
@@ -53,7 +53,7 @@ pub(super) fn read(
     Ok(set(changed))
 }
 
-fn read_probe(bytes: &[u8; PROBE_BYTES]) -> Result<Probe, Fault> {
+fn read_probe(bytes: &[u8; PROBE_BYTES]) -> Result<Probe, ErrorKind> {
     let mut probe = Probe {
         level: 3,
         codes: [0; CODES],
@@ -64,23 +64,23 @@ fn read_probe(bytes: &[u8; PROBE_BYTES]) -> Result<Probe, Fault> {
     }
     check_values(&probe)?;
     if words[CODES] != [0; 2] {
-        return Err(Fault::ProbesReserved);
+        return Err(ErrorKind::ProbesReserved);
     }
     Ok(probe)
 }
 
 /// Values are finite, and those of degree 0 not negative.
-fn check_values(probe: &Probe) -> Result<(), Fault> {
+fn check_values(probe: &Probe) -> Result<(), ErrorKind> {
     let finite = |&code: &i16| code as u16 & 0x7c00 != 0x7c00;
     if probe.codes.iter().all(finite) && probe.codes[..3].iter().all(|&code| code >= 0) {
         Ok(())
     } else {
-        Err(Fault::ProbeValue)
+        Err(ErrorKind::ProbeValue)
     }
 }
 
 /// A probe that an encoder may write.
-pub(super) fn check_probe(probe: &Probe) -> Result<(), Fault> {
+pub(super) fn check_probe(probe: &Probe) -> Result<(), ErrorKind> {
     let shaped = match probe.level {
         0 => *probe == Probe::ABSENT,
         level => level == 3,
@@ -88,7 +88,7 @@ pub(super) fn check_probe(probe: &Probe) -> Result<(), Fault> {
     if shaped {
         check_values(probe)
     } else {
-        Err(Fault::EncoderUse)
+        Err(ErrorKind::EncoderUse)
     }
 }
 

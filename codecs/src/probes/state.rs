@@ -7,9 +7,9 @@ use super::packed::Mark;
 use super::values::{Scales, values};
 use super::{CODES, Coding, Probe, TEXELS, Texel, Volume};
 use crate::dirty::{DirtyList, DirtyRange};
-use crate::error::Fault;
+use crate::error::ErrorKind;
 use crate::index_set::IndexSet;
-use crate::room::{filled, make_room, reserve_exact};
+use crate::reserve::{filled, reserve_bounded, reserve_exact};
 use crate::track::LiveTrack;
 
 /// What a probe without its visibility counts against the limit of decoded state (`spec/probes.md`
@@ -82,8 +82,8 @@ impl State {
         Some(&mut self.volumes[index])
     }
 
-    pub(super) fn add(&mut self, id: u32, volume: &Volume, limit: usize) -> Result<(), Fault> {
-        make_room(&mut self.volumes, 1, limit)?;
+    pub(super) fn add(&mut self, id: u32, volume: &Volume, limit: usize) -> Result<(), ErrorKind> {
+        reserve_bounded(&mut self.volumes, 1, limit)?;
         self.volumes.push(VolumeState::new(id, volume)?);
         Ok(())
     }
@@ -113,7 +113,7 @@ pub(super) struct VolumeState {
 }
 
 impl VolumeState {
-    fn new(id: u32, volume: &Volume) -> Result<VolumeState, Fault> {
+    fn new(id: u32, volume: &Volume) -> Result<VolumeState, ErrorKind> {
         let count = volume.count();
         let mut visibility = Vec::new();
         reserve_exact(&mut visibility, volume.visibility_bytes() as usize)?;

@@ -3,10 +3,10 @@
 mod ending;
 mod headers;
 
-use crate::forge::{Forge, commit, group, kind};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, valid};
 use crate::generate::{packing, tracks};
+use crate::stream_builder::{StreamBuilder, commit, group, kind};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -24,12 +24,12 @@ pub fn add(drafts: &mut Vec<Draft>) {
 }
 
 /// A stream with one frame of nothing.
-pub fn empty_frame() -> Forge {
-    let mut forge = Forge::started();
-    forge
+pub fn empty_frame() -> StreamBuilder {
+    let mut builder = StreamBuilder::started();
+    builder
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
-    forge
+    builder
 }
 
 fn whole(drafts: &mut Vec<Draft>) {
@@ -45,7 +45,7 @@ fn whole(drafts: &mut Vec<Draft>) {
         "no-frame",
         &["C-016", "C-101"],
         "Nothing but the stream record and the end.",
-        Forge::started().ended(),
+        StreamBuilder::started().ended(),
     ));
     drafts.push(valid(
         "usual",
@@ -61,11 +61,11 @@ fn preamble(drafts: &mut Vec<Draft>) {
     };
     let usual = Plan::usual().bytes();
     // The whole stream after another preamble.
-    let after = |mut forge: Forge| {
+    let after = |mut builder: StreamBuilder| {
         for (record_type, payload) in Plan::usual().records {
-            forge.put(record_type, &payload);
+            builder.put(record_type, &payload);
         }
-        forge.ended()
+        builder.ended()
     };
     let magic = *b"\x89DPL\r\n\x1a\n";
     for (name, at, value, comment) in [
@@ -90,7 +90,7 @@ fn preamble(drafts: &mut Vec<Draft>) {
     ] {
         let mut other = magic;
         other[at] = value;
-        let bytes = after(Forge::with_magic(other, 1, 0));
+        let bytes = after(StreamBuilder::with_magic(other, 1, 0));
         bad((1001, name), &["C-001"], comment, bytes);
     }
     bad(
@@ -143,7 +143,7 @@ fn preamble(drafts: &mut Vec<Draft>) {
             "The version's high byte counts: 257.",
         ),
     ] {
-        let bytes = after(Forge::with_preamble(version, 0));
+        let bytes = after(StreamBuilder::with_preamble(version, 0));
         bad((1003, name), &["C-003"], comment, bytes);
     }
     for (name, profile, comment) in [
@@ -154,13 +154,13 @@ fn preamble(drafts: &mut Vec<Draft>) {
             "The profile's high byte counts.",
         ),
     ] {
-        let bytes = after(Forge::with_preamble(1, profile));
+        let bytes = after(StreamBuilder::with_preamble(1, profile));
         bad((1004, name), &["C-004"], comment, bytes);
     }
     bad(
         (1003, "version-before-profile"),
         &["C-003", "C-112"],
         "Version and profile are unknown: the version is checked first.",
-        after(Forge::with_preamble(2, 1)),
+        after(StreamBuilder::with_preamble(2, 1)),
     );
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::held::{Content, Held, digest};
+use super::expected::{Content, TrackContent, digest};
 use super::values;
-use crate::forge::probes::{self, Section};
-use crate::forge::{
-    Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, removal, tracks, transforms,
+use crate::stream_builder::probes::{self, Section};
+use crate::stream_builder::{
+    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, removal, tracks,
+    transforms,
 };
 
 /// Widths of a point of 32, 24 and 16 bits that are customary.
@@ -15,10 +16,10 @@ pub const WIDTHS: [[u8; 3]; 3] = [[5, 4, 8], [4, 3, 5], [2, 2, 5]];
 /// A stream in the making. Its records are put as they are called for; what they mean is kept.
 #[derive(Clone, Debug)]
 pub struct Frames {
-    pub forge: Forge,
+    pub builder: StreamBuilder,
     /// Committed content of the live tracks, ids ascending.
-    pub held: Vec<Held>,
-    /// Number of the frame in the making.
+    pub tracks: Vec<TrackContent>,
+    /// Number of the pending frame.
     number: u32,
     /// Number of the last frame, 0 before the first.
     last: u32,
@@ -38,8 +39,8 @@ impl Frames {
     /// A stream with tracks, in the first frame of a group that starts from keyframes.
     pub fn new(entries: &[Entry]) -> Frames {
         let frames = Frames {
-            forge: Forge::started(),
-            held: Vec::new(),
+            builder: StreamBuilder::started(),
+            tracks: Vec::new(),
             number: 0,
             last: 0,
             tick: 0,
@@ -67,7 +68,7 @@ impl Frames {
         self
     }
 
-    /// The frame in the making gets this number.
+    /// the pending frame gets this number.
     pub fn numbered(mut self, number: u32) -> Frames {
         self.number = number;
         self
@@ -75,10 +76,14 @@ impl Frames {
 
     /// A `track` record; tracks that are there stay as they are.
     pub fn declare(mut self, entries: &[Entry]) -> Frames {
-        self.forge.put(kind::TRACK, &tracks(entries));
+        self.builder.put(kind::TRACK, &tracks(entries));
         for entry in entries {
-            if self.held.iter().all(|held| held.entry.id != entry.id) {
-                self.held.push(Held::new(entry));
+            if self
+                .tracks
+                .iter()
+                .all(|content| content.entry.id != entry.id)
+            {
+                self.tracks.push(TrackContent::new(entry));
             }
         }
         self
@@ -86,7 +91,7 @@ impl Frames {
 
     /// A group that starts from keyframes.
     pub fn group(mut self) -> Frames {
-        self.forge.put(kind::GROUP, &group(0, 0, 0));
+        self.builder.put(kind::GROUP, &group(0, 0, 0));
         self.emptied = true;
         self
     }
@@ -94,7 +99,7 @@ impl Frames {
     /// A group that builds on what is there.
     pub fn group_on_state(mut self) -> Frames {
         let digest = self.digest();
-        self.forge.put(kind::GROUP, &group(1, 1, digest));
+        self.builder.put(kind::GROUP, &group(1, 1, digest));
         self
     }
 
@@ -110,7 +115,7 @@ impl Frames {
 
     fn record(mut self, keyframe: bool, parts: &[Part]) -> Frames {
         let payload = self.payload(keyframe, parts);
-        self.forge.put_packed(kind::POINTS, self.pack, &payload);
+        self.builder.put_packed(kind::POINTS, self.pack, &payload);
         self.staged
             .extend(parts.iter().map(|part| (keyframe, part.clone())));
         self
@@ -135,7 +140,7 @@ impl Frames {
         sections: &[Section],
     ) -> Frames {
         let payload = probes::payload((!keyframe).then_some(self.last), sections);
-        self.forge.put_packed(kind::PROBES, self.pack, &payload);
+        self.builder.put_packed(kind::PROBES, self.pack, &payload);
         let contents = contents.iter().map(|content| (keyframe, content.clone()));
         self.staged_probes.extend(contents);
         self
@@ -143,8 +148,8 @@ impl Frames {
 
     /// The sections that [`Frames::probes`] would put.
     pub fn sections(&self, keyframe: bool, contents: &[Content]) -> Vec<Section> {
-        let held = |id| self.held.iter().find(|held| held.entry.id == id);
-        let section = |content: &Content| Some(held(content.id)?.section(keyframe, content));
+        let track = |id| self.tracks.iter().find(|track| track.entry.id == id);
+        let section = |content: &Content| Some(track(content.id)?.section(keyframe, content));
         contents.iter().filter_map(section).collect()
     }
 
@@ -156,47 +161,49 @@ impl Frames {
 
     /// A `transforms` record.
     pub fn transforms(mut self, entries: &[(u32, [f32; 12])]) -> Frames {
-        self.forge.put(kind::TRANSFORMS, &transforms(entries));
+        self.builder.put(kind::TRANSFORMS, &transforms(entries));
         self.moved.extend(entries);
         self
     }
 
     /// A `track remove` record.
     pub fn remove(mut self, ids: &[u32]) -> Frames {
-        self.forge.put(kind::TRACK_REMOVE, &removal(ids));
+        self.builder.put(kind::TRACK_REMOVE, &removal(ids));
         self.removed.extend(ids);
         self
     }
 
     /// Ends the frame.
     pub fn commit(mut self) -> Frames {
-        for held in &mut self.held {
+        for track in &mut self.tracks {
             if self.emptied {
-                held.clear();
-                held.transform = None;
+                track.clear();
+                track.transform = None;
             }
-            let id = held.entry.id;
+            let id = track.entry.id;
             for (keyframe, part) in self.staged.iter().filter(|(_, part)| part.id == id) {
-                held.write(*keyframe, part);
+                track.write(*keyframe, part);
             }
             let contents = self.staged_probes.iter();
             for (keyframe, content) in contents.filter(|(_, content)| content.id == id) {
-                held.write_probes(*keyframe, content);
+                track.write_probes(*keyframe, content);
             }
-            for (_, rows) in self.moved.iter().filter(|(track, _)| *track == id) {
-                held.transform = Some(*rows);
+            for (_, rows) in self.moved.iter().filter(|(moved, _)| *moved == id) {
+                track.transform = Some(*rows);
             }
         }
         let removed = std::mem::take(&mut self.removed);
-        self.held.retain(|held| !removed.contains(&held.entry.id));
+        self.tracks
+            .retain(|track| !removed.contains(&track.entry.id));
         self.staged.clear();
         self.staged_probes.clear();
-        self.shown.extend(self.held.iter().flat_map(values::lines));
+        self.shown
+            .extend(self.tracks.iter().flat_map(values::lines));
         self.moved.clear();
         self.emptied = false;
         let digest = self.digests.then(|| self.digest());
         let payload = commit(self.tick, self.number, digest);
-        self.forge.put(kind::COMMIT, &payload);
+        self.builder.put(kind::COMMIT, &payload);
         self.last = self.number;
         self.number = self.number.wrapping_add(1);
         self.tick += 1;
@@ -205,12 +212,12 @@ impl Frames {
 
     /// Digest of the committed state.
     pub fn digest(&self) -> u64 {
-        digest(&self.held)
+        digest(&self.tracks)
     }
 
     /// The whole stream.
     pub fn ended(&self) -> Vec<u8> {
-        self.forge.ended()
+        self.builder.ended()
     }
 
     /// The stream with a `points` record that must be refused, all else after it as it would be,
@@ -221,9 +228,9 @@ impl Frames {
 
     /// The same with a record of another type.
     pub fn refused_of(mut self, record_type: u16, payload: &[u8]) -> (usize, Vec<u8>) {
-        self.forge.put_packed(record_type, self.pack, payload);
-        let offset = self.forge.last() + HEADER;
-        self.forge
+        self.builder.put_packed(record_type, self.pack, payload);
+        let offset = self.builder.last() + HEADER;
+        self.builder
             .put(kind::COMMIT, &commit(self.tick, self.number, None));
         (offset, self.ended())
     }

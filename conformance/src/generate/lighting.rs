@@ -1,10 +1,10 @@
 //! What a sampler of probes must find, in f64 and from `spec/probes.md` §12 alone. A question that
 //! rounding could decide is refused: its answer would move too far where the numbers in it do.
 
-use super::held::Held;
+use super::expected::TrackContent;
 use super::values;
-use crate::forge::probes::Volume;
 use crate::protocol::Interpolation;
+use crate::stream_builder::probes::Volume;
 use crate::vector::ProbesQuery;
 use std::f64::consts::PI;
 
@@ -78,22 +78,22 @@ impl Field {
     ///
     /// # Errors
     /// A sentence where it is none of probes.
-    pub fn of(held: &Held) -> Result<Field, String> {
-        let volume = held.entry.volume.as_ref();
-        let volume = volume.ok_or_else(|| format!("track {} has no probes", held.entry.id))?;
+    pub fn of(content: &TrackContent) -> Result<Field, String> {
+        let volume = content.entry.volume.as_ref();
+        let volume = volume.ok_or_else(|| format!("track {} has no probes", content.entry.id))?;
         let scale = f64::from(i32::from(volume.exponent) - 24).exp2();
-        let shown = values::shown(volume, &held.probes);
+        let shown = values::shown(volume, &content.probes);
         let light = shown.iter().map(|values| {
             std::array::from_fn(|lm| [0, 1, 2].map(|c| values[3 * lm + c] as f64 * scale))
         });
         let texels = |bytes: &Vec<u8>| bytes.as_chunks::<2>().0.to_vec();
         let Volume { side, range, .. } = *volume;
-        let seen = held.visibility.as_ref().map(texels);
+        let seen = content.visibility.as_ref().map(texels);
         Ok(Field {
             dims: volume.dims.map(i64::from),
             spacing: volume.spacing.map(f64::from),
             light: light.collect(),
-            present: held.probes.iter().map(|probe| probe.level > 0).collect(),
+            present: content.probes.iter().map(|probe| probe.level > 0).collect(),
             seen: seen.map(|texels| (side.into(), range.into(), texels)),
         })
     }
@@ -456,7 +456,7 @@ pub fn bounds(found: &Found) -> [[[u64; 2]; 3]; 2] {
 ///
 /// # Errors
 /// As [`look_up`]; also where a number is no f32, or a direction none.
-pub fn asked(held: &Held, query: ProbesQuery) -> Result<ProbesQuery, String> {
+pub fn asked(content: &TrackContent, query: ProbesQuery) -> Result<ProbesQuery, String> {
     let mut numbers = query.position.iter();
     if let Some(v) = numbers.find(|&&v| f64::from(v as f32) != f64::from(v)) {
         return Err(format!("{v}/65536, which is no f32"));
@@ -464,7 +464,7 @@ pub fn asked(held: &Held, query: ProbesQuery) -> Result<ProbesQuery, String> {
     if query.normal == [0; 3] || query.view == [0; 3] || query.roughness > 65536 {
         return Err("a direction without length, or a roughness above 1".to_string());
     }
-    let found = look_up(&Field::of(held)?, &Surface::of(&query))?;
+    let found = look_up(&Field::of(content)?, &Surface::of(&query))?;
     let [irradiance, radiance] = bounds(&found);
     Ok(ProbesQuery {
         irradiance,

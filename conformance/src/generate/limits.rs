@@ -3,11 +3,13 @@
 mod claims;
 mod state;
 
-use crate::forge::{Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, tracks, words};
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::packing::{FIRST_PAYLOAD, Frame, first_stored, raw};
 use crate::generate::plan::{AREA, Plan, at, cell, two_tracks};
+use crate::stream_builder::{
+    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, tracks, words,
+};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -59,13 +61,13 @@ fn payload_of(plan: Plan, at: usize) -> (usize, Vec<u8>) {
 
 /// The usual stream with one record packed: offset of its header.
 fn usual_packed(at: usize, pack: Pack) -> (usize, Vec<u8>) {
-    let mut forge = Forge::new();
+    let mut builder = StreamBuilder::new();
     for (index, (record_type, payload)) in Plan::usual().records.iter().enumerate() {
         let pack = if index == at { pack } else { Pack::None };
-        forge.put_packed(*record_type, pack, payload);
+        builder.put_packed(*record_type, pack, payload);
     }
-    let start = forge.starts[at];
-    (start, forge.ended())
+    let start = builder.starts[at];
+    (start, builder.ended())
 }
 
 fn record_lengths(drafts: &mut Vec<Draft>) {
@@ -98,10 +100,13 @@ fn record_lengths(drafts: &mut Vec<Draft>) {
             "A packed record counts as it unpacks.",
             (start, bytes),
         );
-        let mut forge = Forge::started();
-        forge.put_packed(kind::TRACK, pack, &usual.records[at::TRACK].1);
-        let (start, stored) = (forge.last(), forge.bytes.len() - forge.last() - HEADER);
-        forge
+        let mut builder = StreamBuilder::started();
+        builder.put_packed(kind::TRACK, pack, &usual.records[at::TRACK].1);
+        let (start, stored) = (
+            builder.last(),
+            builder.bytes.len() - builder.last() - HEADER,
+        );
+        builder
             .put(kind::GROUP, &group(0, 0, 0))
             .put(kind::COMMIT, &commit(0, 0, None));
         edge(
@@ -110,18 +115,18 @@ fn record_lengths(drafts: &mut Vec<Draft>) {
             (1012, &format!("stored-{name}")),
             &["C-018"],
             "A packed record counts as it is stored.",
-            (start, forge.ended()),
+            (start, builder.ended()),
         );
     }
-    let mut forge = empty_frame();
-    forge.put_with(0x7000, Pack::None, &[0xaa; 300], |h| h.critical = false);
+    let mut builder = empty_frame();
+    builder.put_with(0x7000, Pack::None, &[0xaa; 300], |h| h.critical = false);
     drafts.push(
         Draft::valid(
             AREA,
             "skipped-beyond-stored",
             &["C-017", "C-018"],
             "A skipped record of 300 bytes is held against no limit.",
-            forge.ended(),
+            builder.ended(),
         )
         .limit("stored_bytes", 16),
     );
@@ -131,7 +136,7 @@ fn record_lengths(drafts: &mut Vec<Draft>) {
             "skipped-beyond-unpacked",
             &["C-017", "C-019"],
             "A skipped record of 300 bytes is held against no limit.",
-            forge.ended(),
+            builder.ended(),
         )
         .limit("unpacked_bytes", 16),
     );
@@ -236,21 +241,21 @@ fn frame_bytes(drafts: &mut Vec<Draft>) {
         "Points beyond the limit with a reserved bit set: the limit is checked first.",
         usual().with_payload(at::POINTS, |p| p[12] = 1),
     );
-    let mut forge = usual().up_to(at::POINTS).start();
-    forge.put_stored(
+    let mut builder = usual().up_to(at::POINTS).start();
+    builder.put_stored(
         kind::POINTS,
         Pack::Lz4,
         keyframe as usize,
         &[0xf0; 40],
         |_| {},
     );
-    let offset = forge.last() + HEADER;
-    forge.put(kind::COMMIT, &commit(0, 0, None));
+    let offset = builder.last() + HEADER;
+    builder.put(kind::COMMIT, &commit(0, 0, None));
     ordered(
         (4009, "frame-before-unpacking"),
         &["P-014", "C-112"],
         "Points beyond the limit that do not unpack: the limit is checked first.",
-        (offset, forge.ended()),
+        (offset, builder.ended()),
     );
 }
 

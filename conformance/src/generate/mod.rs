@@ -2,8 +2,8 @@
 //! expects by hand; what our decoder makes of it is only checked against that.
 
 mod container;
+pub mod expected;
 pub mod frames;
-pub mod held;
 pub mod lighting;
 mod limits;
 mod packing;

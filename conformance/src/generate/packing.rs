@@ -3,9 +3,11 @@
 mod lz4;
 mod zstd;
 
-use crate::forge::{Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, tracks, words};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, cell};
+use crate::stream_builder::{
+    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, tracks, words,
+};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -28,12 +30,12 @@ const ZSTD: Pack = Pack::Zstd(0);
 
 /// A stream whose first record is stored as `stored`.
 pub fn first_stored(pack: Pack, unpacked: usize, stored: &[u8]) -> Vec<u8> {
-    let mut forge = Forge::new();
-    forge
+    let mut builder = StreamBuilder::new();
+    builder
         .put_stored(kind::STREAM, pack, unpacked, stored, |_| {})
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
-    forge.ended()
+    builder.ended()
 }
 
 /// Offset of the first payload.
@@ -97,13 +99,13 @@ pub fn raw(last: bool, content: &[u8]) -> Vec<u8> {
 fn whole_streams(drafts: &mut Vec<Draft>) {
     let usual = Plan::usual();
     let all = |pack: &dyn Fn(usize) -> Pack| {
-        let mut forge = Forge::new();
+        let mut builder = StreamBuilder::new();
         for (index, (record_type, payload)) in usual.records.iter().enumerate() {
-            forge.put_packed(*record_type, pack(index), payload);
+            builder.put_packed(*record_type, pack(index), payload);
         }
-        let end = forge.end_payload();
-        forge.put_packed(kind::END, pack(at::END), &end);
-        forge.bytes
+        let end = builder.end_payload();
+        builder.put_packed(kind::END, pack(at::END), &end);
+        builder.bytes
     };
     let mut good = |name: &str, comment: &str, bytes| {
         let clauses = &["C-020", "C-030", "C-034", "C-101"];
@@ -155,15 +157,15 @@ fn whole_streams(drafts: &mut Vec<Draft>) {
         ("tracks-zstd-19", Pack::Zstd(19)),
         ("tracks-zstd-22", Pack::Zstd(22)),
     ] {
-        let mut forge = Forge::started();
-        forge
+        let mut builder = StreamBuilder::started();
+        builder
             .put_packed(kind::TRACK, pack, &payload)
             .put(kind::GROUP, &group(0, 0, 0))
             .put(kind::COMMIT, &commit(0, 0, None));
         good(
             name,
             "Twelve tracks with paths, packed by a common library.",
-            forge.ended(),
+            builder.ended(),
         );
     }
     // Content across blocks of the largest size, by hand: a keyframe of many free cells.
@@ -183,8 +185,8 @@ fn whole_streams(drafts: &mut Vec<Draft>) {
     let blocks = runs(&keyframe);
     let content = keyframe.len() as u32;
     let frame = Frame::windowed(7 << 3, content, blocks).bytes();
-    let mut forge = Forge::started();
-    forge
+    let mut builder = StreamBuilder::started();
+    builder
         .put(kind::TRACK, &tracks(&[many]))
         .put(kind::GROUP, &group(0, 0, 0))
         .put_stored(kind::POINTS, ZSTD, content as usize, &frame, |_| {})
@@ -192,7 +194,7 @@ fn whole_streams(drafts: &mut Vec<Draft>) {
     good(
         "zstd-largest-blocks",
         "A frame of raw and RLE blocks, one of 131072 bytes.",
-        forge.ended(),
+        builder.ended(),
     );
 }
 
@@ -228,10 +230,10 @@ fn with_path(path: &[u8]) -> (Vec<u8>, usize) {
 
 /// A stream with one track record, stored as `stored`.
 fn track_stored(pack: Pack, unpacked: usize, stored: &[u8]) -> Vec<u8> {
-    let mut forge = Forge::started();
-    forge
+    let mut builder = StreamBuilder::started();
+    builder
         .put_stored(kind::TRACK, pack, unpacked, stored, |_| {})
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
-    forge.ended()
+    builder.ended()
 }

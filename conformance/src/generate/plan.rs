@@ -1,10 +1,10 @@
 //! The usual stream as a list of records: a vector alters one of them, and the rest still fits, so
 //! that a decoder which misses the fault comes to a good end.
 
-use super::{Draft, held};
-use crate::forge::{
-    Entry, Forge, HEADER, Header, IDENTITY, Pack, Part, commit, group, kind, points, removal,
-    tracks, transforms, words,
+use super::{Draft, expected};
+use crate::stream_builder::{
+    Entry, HEADER, Header, IDENTITY, Pack, Part, StreamBuilder, commit, group, kind, points,
+    removal, tracks, transforms, words,
 };
 
 /// The area of all vectors that are built from here.
@@ -65,31 +65,31 @@ impl Plan {
     }
 
     /// The stream with one header changed; with its `end` only if that is the one.
-    pub fn forge(&self, at: usize, change: impl FnOnce(&mut Header)) -> Forge {
+    pub fn builder(&self, at: usize, change: impl FnOnce(&mut Header)) -> StreamBuilder {
         let mut change = Some(change);
-        let mut forge = Forge::new();
+        let mut builder = StreamBuilder::new();
         for (index, (record_type, payload)) in self.records.iter().enumerate() {
             let change = change.take_if(|_| index == at);
-            forge.put_with(*record_type, Pack::None, payload, |header| {
+            builder.put_with(*record_type, Pack::None, payload, |header| {
                 if let Some(change) = change {
                     change(header);
                 }
             });
         }
         if let Some(change) = change {
-            let payload = forge.end_payload();
-            forge.put_with(kind::END, Pack::None, &payload, change);
+            let payload = builder.end_payload();
+            builder.put_with(kind::END, Pack::None, &payload, change);
         }
-        forge
+        builder
     }
 
     /// The stream without its `end`.
-    pub fn start(&self) -> Forge {
-        let mut forge = Forge::new();
+    pub fn start(&self) -> StreamBuilder {
+        let mut builder = StreamBuilder::new();
         for (record_type, payload) in &self.records {
-            forge.put(*record_type, payload);
+            builder.put(*record_type, payload);
         }
-        forge
+        builder
     }
 
     /// The stream with its `end`.
@@ -103,25 +103,25 @@ impl Plan {
         at: usize,
         change: impl FnOnce(&mut Vec<u8>),
     ) -> (usize, Vec<u8>) {
-        let forge = if at < self.records.len() {
+        let builder = if at < self.records.len() {
             change(&mut self.records[at].1);
             self.start().end().clone()
         } else {
-            let mut forge = self.start();
-            let mut payload = forge.end_payload();
+            let mut builder = self.start();
+            let mut payload = builder.end_payload();
             change(&mut payload);
-            forge.put(kind::END, &payload).clone()
+            builder.put(kind::END, &payload).clone()
         };
-        (forge.starts[at] + HEADER, forge.bytes)
+        (builder.starts[at] + HEADER, builder.bytes)
     }
 
     /// With the header of a record changed. Gives the offset of the header too.
     pub fn with_header(&self, at: usize, change: impl FnOnce(&mut Header)) -> (usize, Vec<u8>) {
-        let mut forge = self.forge(at, change);
+        let mut builder = self.builder(at, change);
         if at < self.records.len() {
-            forge.end();
+            builder.end();
         }
-        (forge.starts[at], forge.bytes)
+        (builder.starts[at], builder.bytes)
     }
 
     /// With a record put in before place `at`.
@@ -213,17 +213,17 @@ pub fn moved(x: f32) -> [f32; 12] {
 }
 
 /// What a track holds, for a digest: its transform and the part that a keyframe would give it.
-pub type Held<'p> = (u32, Option<[f32; 12]>, Option<&'p Part>);
+pub type TrackContent<'p> = (u32, Option<[f32; 12]>, Option<&'p Part>);
 
 /// State digest of tracks, ids ascending.
-pub fn digest(tracks: &[Held<'_>]) -> u64 {
+pub fn digest(tracks: &[TrackContent<'_>]) -> u64 {
     let tracks = tracks.iter().map(|&(id, transform, part)| {
-        let mut held = held::Held::new(&Entry::new(id));
-        held.transform = transform;
+        let mut content = expected::TrackContent::new(&Entry::new(id));
+        content.transform = transform;
         if let Some(part) = part {
-            held.write(true, part);
+            content.write(true, part);
         }
-        held
+        content
     });
-    held::digest(&tracks.collect::<Vec<_>>())
+    expected::digest(&tracks.collect::<Vec<_>>())
 }

@@ -12,7 +12,7 @@ mod widths;
 
 use super::Draft;
 use super::frames::{Frames, WIDTHS, entry, filled, some};
-use crate::forge::{Entry, Pack, Part};
+use crate::stream_builder::{Entry, Pack, Part};
 
 /// Folder of these vectors.
 const AREA: &str = "points";

@@ -11,10 +11,10 @@ mod raw;
 mod values;
 
 use super::Draft;
+use super::expected::Content;
 use super::frames::Frames;
-use super::held::Content;
-use crate::forge::probes::{GROUPS, Probe, Section, Volume, payload};
-use crate::forge::{Entry, kind};
+use crate::stream_builder::probes::{GROUPS, Probe, Section, Volume, payload};
+use crate::stream_builder::{Entry, kind};
 
 /// Folder of these vectors.
 pub(super) const AREA: &str = "probes";

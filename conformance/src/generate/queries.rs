@@ -6,10 +6,10 @@ mod geometry;
 mod probes;
 
 use super::Draft;
+use super::expected::TrackContent;
 use super::frames::{Frames, entry, filled};
-use super::held::Held;
 use super::sampling::{Point, all, bounds, look_up};
-use crate::forge::{Entry, Part};
+use crate::stream_builder::{Entry, Part};
 use crate::vector::{PointsQuery, Query};
 
 /// Adds the vectors of this part.
@@ -109,9 +109,9 @@ impl<'n> Asked<'n> {
         }
     }
 
-    fn held(&self, track: u32) -> Result<&Held, String> {
-        let held = self.frames.held.iter().find(|h| h.entry.id == track);
-        held.ok_or_else(|| format!("{}: no track {track}", self.name))
+    fn track(&self, track: u32) -> Result<&TrackContent, String> {
+        let content = self.frames.tracks.iter().find(|h| h.entry.id == track);
+        content.ok_or_else(|| format!("{}: no track {track}", self.name))
     }
 
     /// Asks at a position in metres, rounded to what a query can say.
@@ -122,7 +122,7 @@ impl<'n> Asked<'n> {
             normal,
             ao: [0; 2],
         };
-        let found = look_up(self.held(track)?, &query)
+        let found = look_up(self.track(track)?, &query)
             .map_err(|near| format!("{}: query at {x:?}: {near}", self.name))?;
         query.ao = bounds(found);
         self.queries.push(query);
@@ -161,8 +161,8 @@ impl<'n> Asked<'n> {
     /// too near to a threshold, and all but a few where there is nothing, are drawn again.
     fn draw(&mut self, track: u32, seed: u64, count: usize) -> Result<&mut Self, String> {
         let mut draw = Draw(seed);
-        let held = self.held(track)?.clone();
-        let points = all(&held);
+        let expected = self.track(track)?.clone();
+        let points = all(&expected);
         let (mut asked, mut tries) = (0, 0);
         while asked < count {
             tries += 1;
@@ -170,7 +170,7 @@ impl<'n> Asked<'n> {
                 return Err(format!("{}: no place for a question", self.name));
             }
             let point = points[draw.below(points.len() as u32) as usize];
-            let reach = f64::from(held.entry.radius);
+            let reach = f64::from(expected.entry.radius);
             let x = point.position.map(|v| v + draw.signed() * reach);
             let any = asked % 4 == 3;
             let normal = point.normal.map(|v| {
@@ -183,7 +183,7 @@ impl<'n> Asked<'n> {
                 normal,
                 ao: [0; 2],
             };
-            let Ok(found) = look_up(&held, &query) else {
+            let Ok(found) = look_up(&expected, &query) else {
                 continue;
             };
             if found.weight > 0.1 || (any && found.weight == 0.0) {

@@ -6,11 +6,11 @@ mod transforms;
 
 use std::slice;
 
-use crate::forge::{
-    Entry, commit, group, kind, points, removal, set_word, tracks, transforms, words,
-};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
+use crate::stream_builder::{
+    Entry, commit, group, kind, points, removal, set_word, tracks, transforms, words,
+};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {

@@ -1,10 +1,10 @@
 //! What a sampler must find, in f64 and from `spec/points.md` §8 alone. A question too near to any
 //! of its thresholds, so that rounding could decide it, is refused.
 
-use crate::forge::Entry;
+use crate::stream_builder::Entry;
 use crate::vector::PointsQuery;
 
-use super::held::Held;
+use super::expected::TrackContent;
 
 /// Smallest cosine between the normals of point and fragment (Eq. 3).
 pub const T_N: f64 = 0.1;
@@ -110,33 +110,33 @@ fn block(entry: &Entry, x: [f64; 3]) -> Result<[[i64; 3]; 8], String> {
 ///
 /// # Errors
 /// A sentence that names a threshold which is too near.
-pub fn within_block(held: &Held, x: [f64; 3]) -> Result<Vec<Point>, String> {
+pub fn within_block(content: &TrackContent, x: [f64; 3]) -> Result<Vec<Point>, String> {
     let mut points = Vec::new();
-    for cube in block(&held.entry, x)? {
-        let dims = held.entry.dims.map(i64::from);
+    for cube in block(&content.entry, x)? {
+        let dims = content.entry.dims.map(i64::from);
         if (0..3).any(|axis| cube[axis] < 0 || cube[axis] >= dims[axis]) {
             continue;
         }
         let cube = cube.map(|c| c as u32);
-        let key = held.entry.key(cube);
-        for (_, words) in held
-            .named(held.entry.bucket(key))
+        let key = content.entry.key(cube);
+        for (_, words) in content
+            .named(content.entry.bucket(key))
             .filter(|(other, _)| *other == key)
         {
-            points.extend(words.iter().map(|&word| values(&held.entry, cube, word)));
+            points.extend(words.iter().map(|&word| values(&content.entry, cube, word)));
         }
     }
     Ok(points)
 }
 
 /// All points of a track that a bucket names, each where its key says, without any hash.
-pub fn all(held: &Held) -> Vec<Point> {
-    let [dx, dy, _] = held.entry.dims.map(u32::from);
+pub fn all(content: &TrackContent) -> Vec<Point> {
+    let [dx, dy, _] = content.entry.dims.map(u32::from);
     let mut points = Vec::new();
-    for &bucket in held.buckets.keys() {
-        for (key, words) in held.named(bucket) {
+    for &bucket in content.buckets.keys() {
+        for (key, words) in content.named(bucket) {
             let cube = [key % dx, key / dx % dy, key / dx / dy];
-            points.extend(words.iter().map(|&word| values(&held.entry, cube, word)));
+            points.extend(words.iter().map(|&word| values(&content.entry, cube, word)));
         }
     }
     points
@@ -198,7 +198,7 @@ pub fn occlusion(
 ///
 /// # Errors
 /// As [`occlusion`]; also where the position is no f32, and where the normal is none.
-pub fn look_up(held: &Held, query: &PointsQuery) -> Result<Found, String> {
+pub fn look_up(content: &TrackContent, query: &PointsQuery) -> Result<Found, String> {
     if let Some(v) = query
         .position
         .iter()
@@ -210,8 +210,8 @@ pub fn look_up(held: &Held, query: &PointsQuery) -> Result<Found, String> {
         return Err("a normal of length 0".to_string());
     }
     let (x, normal) = place(query);
-    let points = within_block(held, x)?;
-    occlusion(&points, f64::from(held.entry.radius), x, normal)
+    let points = within_block(content, x)?;
+    occlusion(&points, f64::from(content.entry.radius), x, normal)
 }
 
 /// The bounds of a query's result, in 1/65536: exactly 1 where there is no point.

@@ -6,10 +6,10 @@ mod faults;
 mod loss;
 mod probes;
 
-use crate::forge::{Forge, HEADER, commit, group, kind, points, tracks};
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{AREA, Plan, cell, digest, two_tracks};
+use crate::stream_builder::{HEADER, StreamBuilder, commit, group, kind, points, tracks};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -137,45 +137,45 @@ const FOURTH: &str = "group 2 state, frame 4 6";
 const LAST: &str = "end, finished";
 
 /// The long stream with its `end`.
-fn whole() -> Forge {
+fn whole() -> StreamBuilder {
     long().start().end().clone()
 }
 
 /// Bytes without the records `first` to `last`.
-fn without(forge: &Forge, first: usize, last: usize) -> Vec<u8> {
-    let (from, to) = (forge.starts[first], forge.starts[last + 1]);
-    [&forge.bytes[..from], &forge.bytes[to..]].concat()
+fn without(builder: &StreamBuilder, first: usize, last: usize) -> Vec<u8> {
+    let (from, to) = (builder.starts[first], builder.starts[last + 1]);
+    [&builder.bytes[..from], &builder.bytes[to..]].concat()
 }
 
 /// Bytes with the lowest bit of a record's first payload byte flipped.
-fn damaged(forge: &Forge, at: usize) -> Vec<u8> {
-    let mut bytes = forge.bytes.clone();
-    bytes[forge.starts[at] + HEADER] ^= 1;
+fn damaged(builder: &StreamBuilder, at: usize) -> Vec<u8> {
+    let mut bytes = builder.bytes.clone();
+    bytes[builder.starts[at] + HEADER] ^= 1;
     bytes
 }
 
 /// Reset, and what is refused after an error.
 fn control(all: &mut Vec<Case>) {
-    let forge = whole();
-    let s = &forge.starts;
+    let builder = whole();
+    let s = &builder.starts;
     let small = empty_frame().ended();
     let other = format!("reset, stream 60 1, group 0 keyframes, frame 0 0, {LAST}");
     let reset = |script: Script| script.word("reset").push(&small).finish();
     all.extend([
         case("reset-in-frame", &["C-114"],
             "A reset within a frame, and another stream.",
-            reset(pushed(&forge.bytes[..s[at::SECOND_COMMIT] + 5])), format!("{FIRST}, {other}")),
+            reset(pushed(&builder.bytes[..s[at::SECOND_COMMIT] + 5])), format!("{FIRST}, {other}")),
         case("reset-in-preamble", &["C-114"],
             "A reset within a preamble, and another stream.",
-            reset(pushed(&forge.bytes[..7])), other.clone()),
+            reset(pushed(&builder.bytes[..7])), other.clone()),
         case("reset-after-end", &["C-114"],
             "A reset after the end, and another stream.",
-            reset(pushed(&forge.bytes).finish()),
+            reset(pushed(&builder.bytes).finish()),
             format!("{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {LAST}, {other}")),
         case("reset-after-lost-framing", &["C-114", "C-115"],
             "Nothing can be resumed after a damaged header; a reset helps.",
             reset({
-                let mut bytes = forge.bytes.clone();
+                let mut bytes = builder.bytes.clone();
                 bytes[s[at::DELTA] + 16] ^= 0x80;
                 pushed(&bytes).resume()
             }),
@@ -186,7 +186,7 @@ fn control(all: &mut Vec<Case>) {
                 let mut wrong = small.clone();
                 let at = wrong.len() - 16;
                 wrong[at] ^= 1;
-                let cut = without(&forge, at::DELTA, at::DELTA);
+                let cut = without(&builder, at::DELTA, at::DELTA);
                 let mut fixed = empty_frame();
                 let mut end = fixed.end_payload();
                 end[0] ^= 1;
@@ -197,11 +197,11 @@ fn control(all: &mut Vec<Case>) {
                 s[at::DELTA], small.len() - 16)),
         case("reset-forgets-tracks", &["C-114", "C-074"],
             "After a reset, ids may be used again and frames start anew.",
-            pushed(&forge.bytes).word("reset").push(&forge.bytes).finish(),
+            pushed(&builder.bytes).word("reset").push(&builder.bytes).finish(),
             format!("{FIRST}, {SECOND}, {THIRD}, {FOURTH}, end, reset, {FIRST}, {SECOND}, {THIRD}, {FOURTH}, {LAST}")),
         case("push-after-error", &["C-114"],
             "What is pushed after an error, before resuming, is refused and lost; what the error left is not.",
-            pushed(&damaged(&forge, at::DELTA)).push(b"lost").resume().finish(),
+            pushed(&damaged(&builder, at::DELTA)).push(b"lost").resume().finish(),
             {
                 let at = s[at::DELTA] + HEADER;
                 format!("{FIRST}, error framing 1011 {at}, error session 4011 {}, resume yes, {THIRD}, {FOURTH}, {LAST}",
@@ -209,7 +209,7 @@ fn control(all: &mut Vec<Case>) {
             }),
         case("finish-after-error", &["C-114"],
             "A stream that stopped at an error cannot be finished.",
-            pushed(&damaged(&forge, at::DELTA)).finish(),
+            pushed(&damaged(&builder, at::DELTA)).finish(),
             format!("{FIRST}, error framing 1011 {}, error session 4011 {}",
                 s[at::DELTA] + HEADER, s[at::TRANSFORMS])),
     ]);
@@ -301,9 +301,9 @@ fn pieces(all: &mut Vec<Case>) {
         script.finish(),
         format!("stream 60 1, group 0 keyframes, frame 0 0, {LAST}"),
     ));
-    let forge = whole();
+    let builder = whole();
     let mut script = Script::default();
-    for piece in forge.bytes.chunks(11) {
+    for piece in builder.bytes.chunks(11) {
         script = script.push(piece).push(&[]);
     }
     all.push(case(
@@ -314,8 +314,8 @@ fn pieces(all: &mut Vec<Case>) {
         format!("{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {LAST}"),
     ));
     // The error shows when the payload is whole; then the rest comes in pieces too.
-    let bytes = damaged(&forge, at::TRANSFORMS);
-    let fault = forge.starts[at::SECOND_COMMIT];
+    let bytes = damaged(&builder, at::TRANSFORMS);
+    let fault = builder.starts[at::SECOND_COMMIT];
     let mut script = Script::default();
     for piece in bytes[..fault].chunks(23) {
         script = script.push(piece);
@@ -331,7 +331,7 @@ fn pieces(all: &mut Vec<Case>) {
         script.finish(),
         format!(
             "{FIRST}, error framing 1011 {}, resume yes, {THIRD}, {FOURTH}, {LAST}",
-            forge.starts[at::TRANSFORMS] + HEADER
+            builder.starts[at::TRANSFORMS] + HEADER
         ),
     ));
 }

@@ -5,9 +5,9 @@ mod declared;
 mod order;
 mod paths;
 
-use crate::forge::{Entry, commit, group, kind, points, set_word, tracks, words};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, payload, two_tracks};
+use crate::stream_builder::{Entry, commit, group, kind, points, set_word, tracks, words};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {

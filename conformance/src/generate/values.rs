@@ -5,17 +5,17 @@ use std::hash::Hasher as _;
 
 use twox_hash::XxHash64;
 
-use super::held::Held;
-use crate::forge::probes::{GROUPS, Probe, Volume};
+use super::expected::TrackContent;
+use crate::stream_builder::probes::{GROUPS, Probe, Volume};
 
 /// The lines of the dump with the digests of a volume's values and visibility.
-pub fn lines(held: &Held) -> Vec<String> {
-    let Some(volume) = &held.entry.volume else {
+pub fn lines(content: &TrackContent) -> Vec<String> {
+    let Some(volume) = &content.entry.volume else {
         return Vec::new();
     };
-    let id = held.entry.id;
+    let id = content.entry.id;
     let mut digest = XxHash64::with_seed(0);
-    for (values, probe) in shown(volume, &held.probes).iter().zip(&held.probes) {
+    for (values, probe) in shown(volume, &content.probes).iter().zip(&content.probes) {
         for (&value, &code) in values.iter().zip(&probe.codes) {
             // Raw values are shown as they came, -0 too.
             let own = !volume.is_packed() && probe.level > 0;
@@ -24,7 +24,7 @@ pub fn lines(held: &Held) -> Vec<String> {
         }
     }
     let mut lines = vec![format!("values {id} {:016x}", digest.finish())];
-    if let Some(bytes) = &held.visibility {
+    if let Some(bytes) = &content.visibility {
         let digest = XxHash64::oneshot(0, bytes);
         lines.push(format!("visibility {id} {digest:016x}"));
     }

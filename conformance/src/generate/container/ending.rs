@@ -1,9 +1,9 @@
 //! The end record, bytes after it, and input that stops before it.
 
 use super::empty_frame;
-use crate::forge::{HEADER, Pack, kind};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, payload, refused};
+use crate::stream_builder::{HEADER, Pack, kind};
 
 /// The end record, and what follows it.
 pub fn ends(drafts: &mut Vec<Draft>) {
@@ -132,19 +132,19 @@ pub fn ends(drafts: &mut Vec<Draft>) {
         bytes,
     ));
     // What a digest of other bytes would be: without skipped records it has to differ.
-    let mut forge = usual().up_to(at::GROUP).start();
-    let without = forge.end_payload();
-    forge.put_with(0x7000, Pack::None, b"abc", |h| h.critical = false);
+    let mut builder = usual().up_to(at::GROUP).start();
+    let without = builder.end_payload();
+    builder.put_with(0x7000, Pack::None, b"abc", |h| h.critical = false);
     let mut payload = 3u64.to_le_bytes().to_vec();
     payload.extend(&without[8..]);
-    forge.put(kind::END, &payload);
+    builder.put(kind::END, &payload);
     drafts.push(Draft::invalid(
         AREA,
         (1025, "end-digest-without-skipped"),
-        forge.last() + HEADER,
+        builder.last() + HEADER,
         &["C-101", "C-017"],
         "The digest of the stream leaves a skipped record out.",
-        forge.bytes,
+        builder.bytes,
     ));
 
     let whole = usual().bytes();
@@ -169,8 +169,8 @@ pub fn ends(drafts: &mut Vec<Draft>) {
 
 /// Input that stops too early.
 pub fn truncated(drafts: &mut Vec<Draft>) {
-    let forge = Plan::usual().forge(at::END, |_| {});
-    let (starts, bytes) = (&forge.starts, &forge.bytes);
+    let builder = Plan::usual().builder(at::END, |_| {});
+    let (starts, bytes) = (&builder.starts, &builder.bytes);
     let cut = |name: &str, clauses: &[&'static str], comment: &str, length: usize| {
         Draft::invalid(
             AREA,
@@ -303,8 +303,8 @@ pub fn truncated(drafts: &mut Vec<Draft>) {
 
 /// Live streams, which may end after any commit.
 pub fn live(drafts: &mut Vec<Draft>) {
-    let forge = Plan::usual().forge(at::END, |_| {});
-    let (starts, bytes) = (&forge.starts, &forge.bytes);
+    let builder = Plan::usual().builder(at::END, |_| {});
+    let (starts, bytes) = (&builder.starts, &builder.bytes);
     for (name, length, comment) in [
         (
             "live-after-stream",
@@ -335,15 +335,15 @@ pub fn live(drafts: &mut Vec<Draft>) {
     ] {
         drafts.push(Draft::valid(AREA, name, &["C-104"], comment, bytes[..length].to_vec()).live());
     }
-    let mut forge = Plan::usual().up_to(at::DELTA).start();
-    forge.put_with(0x7000, Pack::None, &[1], |h| h.critical = false);
+    let mut builder = Plan::usual().up_to(at::DELTA).start();
+    builder.put_with(0x7000, Pack::None, &[1], |h| h.critical = false);
     drafts.push(
         Draft::valid(
             AREA,
             "live-after-skipped",
             &["C-104", "C-017"],
             "A live stream ends after a skipped record.",
-            forge.bytes,
+            builder.bytes,
         )
         .live(),
     );

@@ -1,9 +1,9 @@
 //! Record headers: checksum, sequence, type, version, lengths; records that are skipped.
 
 use super::empty_frame;
-use crate::forge::{Forge, HEADER, Header, Pack, kind, words};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, header};
+use crate::stream_builder::{HEADER, Header, Pack, StreamBuilder, kind, words};
 
 /// Faults of the fields that all record types share.
 pub fn headers(drafts: &mut Vec<Draft>) {
@@ -153,7 +153,7 @@ pub fn headers(drafts: &mut Vec<Draft>) {
         ),
     ]);
     // Whole records twice, and left out.
-    let usual = Plan::usual().forge(at::END, |_| {});
+    let usual = Plan::usual().builder(at::END, |_| {});
     let (starts, bytes) = (&usual.starts, &usual.bytes);
     let end = |at: usize| starts[at + 1];
     let commit = at::COMMIT;
@@ -347,9 +347,9 @@ pub fn lengths(drafts: &mut Vec<Draft>) {
     ]);
     // A payload of nothing or next to nothing: the rest of the stream stays whole.
     let small = |stored: &[u8], change: fn(&mut Header)| {
-        let mut forge = Plan::usual().up_to(at::GROUP).start();
-        forge.put_stored(kind::COMMIT, Pack::None, stored.len(), stored, change);
-        (forge.last(), forge.ended())
+        let mut builder = Plan::usual().up_to(at::GROUP).start();
+        builder.put_stored(kind::COMMIT, Pack::None, stored.len(), stored, change);
+        (builder.last(), builder.ended())
     };
     let mut bad = |fault, clauses: &[&'static str], comment, (offset, bytes)| {
         drafts.push(Draft::invalid(AREA, fault, offset, clauses, comment, bytes));
@@ -393,9 +393,9 @@ impl Draft {
 pub fn skipped(drafts: &mut Vec<Draft>) {
     // Nonsense in all fields that are not looked at.
     let with = |number: u16, places: &[usize], payload: &[u8]| {
-        let mut forge = Forge::new();
-        let put = |forge: &mut Forge| {
-            forge.put_with(number, Pack::None, payload, |h| {
+        let mut builder = StreamBuilder::new();
+        let put = |builder: &mut StreamBuilder| {
+            builder.put_with(number, Pack::None, payload, |h| {
                 h.critical = false;
                 h.version = 255;
                 h.packing = 77;
@@ -405,14 +405,14 @@ pub fn skipped(drafts: &mut Vec<Draft>) {
         };
         for (index, (record_type, payload)) in Plan::usual().records.iter().enumerate() {
             if places.contains(&index) {
-                put(&mut forge);
+                put(&mut builder);
             }
-            forge.put(*record_type, payload);
+            builder.put(*record_type, payload);
         }
         if places.contains(&at::END) {
-            put(&mut forge);
+            put(&mut builder);
         }
-        forge.ended()
+        builder.ended()
     };
     let mut good = |name: &str, comment: &str, bytes| {
         drafts.push(Draft::valid(

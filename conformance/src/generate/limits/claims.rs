@@ -1,9 +1,9 @@
 //! Claims far beyond what is there, and packed payloads that hold more than they say.
 
-use crate::forge::{HEADER, Header, Pack, set_word};
 use crate::generate::Draft;
 use crate::generate::packing::{FIRST_PAYLOAD, Frame, block, first_stored};
 use crate::generate::plan::{AREA, Plan, at, header, payload};
+use crate::stream_builder::{HEADER, Header, Pack, set_word};
 
 /// Lengths far beyond what is there.
 pub fn claims(drafts: &mut Vec<Draft>) {

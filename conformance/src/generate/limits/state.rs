@@ -1,9 +1,9 @@
 //! Limits of tracks: their number, and the memory of the decoded state.
 
 use super::{edge, payload_of};
-use crate::forge::{Entry, commit, group, kind, removal, set_word, tracks, words};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, two_tracks};
+use crate::stream_builder::{Entry, commit, group, kind, removal, set_word, tracks, words};
 
 pub fn track_counts(drafts: &mut Vec<Draft>) {
     let usual = Plan::usual;

@@ -1,9 +1,9 @@
 //! lz4 blocks, put together by hand.
 
 use super::{FIRST_PAYLOAD, LZ4, first_stored, rate, track_stored, with_path};
-use crate::forge::{Forge, HEADER, kind};
 use crate::generate::Draft;
 use crate::generate::plan::AREA;
+use crate::stream_builder::{HEADER, StreamBuilder, kind};
 
 /// An lz4 sequence: literals, then a match unless its length is 0 (LZ4 block format).
 fn sequence(literals: &[u8], offset: u16, length: usize) -> Vec<u8> {
@@ -246,14 +246,14 @@ pub fn lz4_faults(drafts: &mut Vec<Draft>) {
         let mut block = sequence(&payload[..first], 1, last - first);
         block.extend(sequence(&payload[last..], 0, 0));
         let bytes = track_stored(LZ4, payload.len(), &block);
-        let offset = Forge::started().bytes.len() + HEADER;
+        let offset = StreamBuilder::started().bytes.len() + HEADER;
         let draft = Draft::invalid(AREA, (1015, name), offset, &["C-035"], comment, bytes);
         drafts.push(draft);
     }
     let last = payload.len() - 20;
     let block = sequence(&payload[..last], 1, 20);
     let bytes = track_stored(LZ4, payload.len(), &block);
-    let offset = Forge::started().bytes.len() + HEADER;
+    let offset = StreamBuilder::started().bytes.len() + HEADER;
     drafts.push(Draft::invalid(
         AREA,
         (1015, "lz4-no-last-literals"),
@@ -262,7 +262,7 @@ pub fn lz4_faults(drafts: &mut Vec<Draft>) {
         "The last sequence is a match: the block ends without the token of its literals.",
         bytes,
     ));
-    let mut damaged = Forge::new();
+    let mut damaged = StreamBuilder::new();
     damaged.put_stored(kind::STREAM, LZ4, 8, &[0x80], |h| h.payload_crc ^= 1);
     drafts.push(Draft::invalid(
         AREA,

@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, some};
 use super::{AREA, Draft, content, started};
-use crate::forge::{Part, points};
+use crate::stream_builder::{Part, points};
 
 pub fn add(drafts: &mut Vec<Draft>) {
     bases(drafts);

@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, some};
 use super::{AREA, Draft, content};
-use crate::forge::{Entry, IDENTITY, Part};
+use crate::stream_builder::{Entry, IDENTITY, Part};
 use dapple_codec::points::EMPTY;
 
 /// Name, clauses, sentence, the frames after a keyframe with [`content`] in track 7.

@@ -3,8 +3,8 @@
 
 use super::super::frames::{WIDTHS, entry, filled, point, some};
 use super::{AREA, Draft, Place, content};
-use crate::forge::{Entry, Pack, Part};
 use crate::generate::frames::Frames;
+use crate::stream_builder::{Entry, Pack, Part};
 use dapple_codec::points::EMPTY;
 
 type Change = fn(&Entry, &mut Part);

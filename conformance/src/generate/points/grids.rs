@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, some};
 use super::{AREA, Draft};
-use crate::forge::Entry;
+use crate::stream_builder::Entry;
 
 /// Name, dims, buckets, cubes other than the first and the last.
 type Grid = (&'static str, [u16; 3], u32, &'static [[u32; 3]]);

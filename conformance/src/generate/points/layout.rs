@@ -2,7 +2,9 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, some};
 use super::{AREA, Draft, Place, Sections, content, started};
-use crate::forge::{Forge, HEADER, Pack, Part, commit, kind, points, set_word, tracks};
+use crate::stream_builder::{
+    HEADER, Pack, Part, StreamBuilder, commit, kind, points, set_word, tracks,
+};
 
 type Change = fn(&mut Vec<u8>, &Sections);
 
@@ -316,12 +318,12 @@ fn limits(drafts: &mut Vec<Draft>) {
     );
     drafts.push(draft.limit("frame_bytes", limit));
 
-    let mut forge = Forge::started();
-    forge
+    let mut builder = StreamBuilder::started();
+    builder
         .put(kind::TRACK, &tracks(&entries))
         .put(kind::POINTS, &points(None, &parts));
-    let offset = forge.last() + HEADER;
-    let bytes = forge.put(kind::COMMIT, &commit(0, 0, None)).ended();
+    let offset = builder.last() + HEADER;
+    let bytes = builder.put(kind::COMMIT, &commit(0, 0, None)).ended();
     let comment = "A record of points stands before the first group.";
     drafts.push(Draft::invalid(
         AREA,

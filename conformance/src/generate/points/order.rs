@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, some};
 use super::{AREA, Draft, Place, Sections, content};
-use crate::forge::{Entry, HEADER, Pack, Part, commit, kind, packed, points, set_word};
+use crate::stream_builder::{Entry, HEADER, Pack, Part, commit, kind, packed, points, set_word};
 use dapple_codec::points::EMPTY;
 
 type Change = fn(&Entry, &mut Part);
@@ -470,10 +470,10 @@ fn unpacking(drafts: &mut Vec<Draft>) {
         let mut stored = packed(pack, &payload);
         stored[..4].fill(0xff);
         frames
-            .forge
+            .builder
             .put_stored(kind::POINTS, pack, payload.len(), &stored, |_| {});
-        let offset = frames.forge.last() + HEADER;
-        frames.forge.put(kind::COMMIT, &commit(0, 0, None));
+        let offset = frames.builder.last() + HEADER;
+        frames.builder.put(kind::COMMIT, &commit(0, 0, None));
         let name = format!("order-limit-then-{name}");
         let draft = Draft::invalid(
             AREA,

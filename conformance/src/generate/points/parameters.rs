@@ -1,8 +1,8 @@
 //! The parameters of a track, clauses P-001 to P-004: each field at its bounds, from both sides.
 
 use super::{AREA, Draft, Frames, content, filled, some};
-use crate::forge::{Entry, Forge, HEADER, Pack, commit, group, kind, tracks};
 use crate::generate::frames::{WIDTHS, entry};
+use crate::stream_builder::{Entry, HEADER, Pack, StreamBuilder, commit, group, kind, tracks};
 
 type Change = fn(&mut Entry);
 
@@ -272,15 +272,22 @@ fn refused(
     let mut faulty = entry(7, WIDTHS[0]);
     change(&mut faulty);
     let entries = [before, &[faulty]].concat();
-    let mut forge = Forge::started();
-    forge.put_packed(kind::TRACK, pack, &tracks(&entries));
-    let offset = forge.last() + HEADER;
-    forge
+    let mut builder = StreamBuilder::started();
+    builder.put_packed(kind::TRACK, pack, &tracks(&entries));
+    let offset = builder.last() + HEADER;
+    builder
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
     let name = format!("track-{name}");
     let comment = format!("{comment}.");
-    Draft::invalid(AREA, (id, &name), offset, clauses, &comment, forge.ended())
+    Draft::invalid(
+        AREA,
+        (id, &name),
+        offset,
+        clauses,
+        &comment,
+        builder.ended(),
+    )
 }
 
 /// The other side of each bound.

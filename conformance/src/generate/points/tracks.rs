@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, point, some};
 use super::{AREA, Draft};
-use crate::forge::{IDENTITY, Part};
+use crate::stream_builder::{IDENTITY, Part};
 
 pub fn add(drafts: &mut Vec<Draft>) {
     let entries = [2, 3, 10].map(|id| entry(id, WIDTHS[id as usize % 3]));

@@ -2,7 +2,7 @@
 
 use super::super::frames::{Frames, WIDTHS, entry, filled, point, some};
 use super::{AREA, Draft, content};
-use crate::forge::{Pack, Part};
+use crate::stream_builder::{Pack, Part};
 
 /// Widths (position, normal, AO) with each value that a field can have in points of 16, 24 and 32
 /// bits. [`tests::each_value_of_each_width`] counts them.

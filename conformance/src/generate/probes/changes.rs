@@ -1,8 +1,8 @@
 //! What keyframes, deltas and groups make of what was there, clauses B-010 to B-012, B-061, B-062.
 
 use super::{Content, Draft, Frames, Volume, seen, some, streams, valid};
-use crate::forge::kind;
-use crate::forge::probes::Probe;
+use crate::stream_builder::kind;
+use crate::stream_builder::probes::Probe;
 
 pub fn add(drafts: &mut Vec<Draft>) {
     for (coding, volume) in [
@@ -219,7 +219,7 @@ fn digests(drafts: &mut Vec<Draft>) {
             .probes(true, &other)
             .commit()
             .digest();
-        let payload = crate::forge::commit(0, 0, Some(state));
+        let payload = crate::stream_builder::commit(0, 0, Some(state));
         let refused = frames.clone().refused_of(kind::COMMIT, &payload);
         drafts.push(super::invalid(
             (4005, &format!("digest-{name}")),

@@ -1,7 +1,7 @@
 //! Codes at the ends of their ranges, clause B-042.
 
 use super::{Content, Draft, Place, Volume, invalid, streams, valid};
-use crate::forge::probes::{GROUPS, Probe};
+use crate::stream_builder::probes::{GROUPS, Probe};
 
 /// Steps of three sorts, and the largest code of luma and of group g >= 1 with each.
 fn volumes() -> [(&'static str, Volume); 3] {

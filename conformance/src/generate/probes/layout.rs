@@ -4,7 +4,7 @@ use super::{
     Content, Draft, Frames, Place, Section, Volume, entries, faults, invalid, ordered, payload,
     some, streams,
 };
-use crate::forge::{Forge, HEADER, Pack, commit, kind, set_word, tracks};
+use crate::stream_builder::{HEADER, Pack, StreamBuilder, commit, kind, set_word, tracks};
 
 type Change = fn(&mut Vec<u8>);
 
@@ -434,11 +434,11 @@ fn limits(drafts: &mut Vec<Draft>) {
     );
     drafts.push(draft.limit("frame_bytes", limit));
     let volumes = [Volume::packed([3, 2, 2]), Volume::raw([3, 1, 2])];
-    let mut forge = Forge::started();
-    forge.put(kind::TRACK, &tracks(&entries(&volumes)));
-    forge.put(kind::PROBES, &payload(None, &[]));
-    let offset = forge.last() + HEADER;
-    let bytes = forge.put(kind::COMMIT, &commit(0, 0, None)).ended();
+    let mut builder = StreamBuilder::started();
+    builder.put(kind::TRACK, &tracks(&entries(&volumes)));
+    builder.put(kind::PROBES, &payload(None, &[]));
+    let offset = builder.last() + HEADER;
+    let bytes = builder.put(kind::COMMIT, &commit(0, 0, None)).ended();
     let comment = "A record of probes stands before the first group.";
     drafts.push(invalid(
         (4008, "probes"),

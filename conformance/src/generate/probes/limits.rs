@@ -1,7 +1,7 @@
 //! The memory of volumes, clause B-006.
 
 use super::{Content, Draft, Frames, Volume, invalid, some, valid};
-use crate::forge::{Entry, Forge, HEADER, commit, group, kind, tracks};
+use crate::stream_builder::{Entry, HEADER, StreamBuilder, commit, group, kind, tracks};
 
 pub fn add(drafts: &mut Vec<Draft>) {
     let at = |volume: Volume| vec![Entry::of_volume(1, volume)];
@@ -147,11 +147,11 @@ pub fn add(drafts: &mut Vec<Draft>) {
 
 /// A stream whose tracks are refused.
 fn declared(entries: &[Entry]) -> (usize, Vec<u8>) {
-    let mut forge = Forge::started();
-    forge.put(kind::TRACK, &tracks(entries));
-    let offset = forge.last() + HEADER;
-    forge
+    let mut builder = StreamBuilder::started();
+    builder.put(kind::TRACK, &tracks(entries));
+    let offset = builder.last() + HEADER;
+    builder
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
-    (offset, forge.ended())
+    (offset, builder.ended())
 }

@@ -1,9 +1,9 @@
 //! Streams of both models: clauses B-012 and B-017.
 
 use super::{Content, Draft, Frames, Volume, invalid, ordered, payload, some, valid};
-use crate::forge::{Entry, Part, kind, points};
 use crate::generate::frames::{self, WIDTHS, filled};
 use crate::generate::plan::moved;
+use crate::stream_builder::{Entry, Part, kind, points};
 
 /// Track 1 a volume, track 2 a grid, track 3 a volume.
 fn mixed() -> (Frames, [Content; 2], Part) {

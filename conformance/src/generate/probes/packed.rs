@@ -1,10 +1,10 @@
 //! The coding `packed`: bytes, bits and contexts, clauses B-030 to B-035, B-040 and B-041.
 
 use super::{Content, Draft, Place, Volume, faults, invalid, ordered, some, streams, valid};
-use crate::forge::kind;
-use crate::forge::probes::{Probe, context, payload};
-use crate::forge::range::{Bit, INITIAL, code};
 use crate::generate::frames::Frames;
+use crate::stream_builder::kind;
+use crate::stream_builder::probes::{Probe, context, payload};
+use crate::stream_builder::range::{Bit, INITIAL, code};
 
 pub fn add(drafts: &mut Vec<Draft>) {
     lengths(drafts);
@@ -447,7 +447,8 @@ fn predictions(drafts: &mut Vec<Draft>) {
         let mut last = Probe::new(3, &[]);
         for code in 0..27 {
             let degree = [0, 1, 2][usize::from(code >= 3) + usize::from(code >= 12)];
-            last.codes[code] = crate::forge::probes::mean(&[6, 5, 3], &probes, degree, code);
+            last.codes[code] =
+                crate::stream_builder::probes::mean(&[6, 5, 3], &probes, degree, code);
         }
         probes[7] = last;
         let frames = one_frame(&volume, probes.clone());

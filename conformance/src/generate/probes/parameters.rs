@@ -1,7 +1,7 @@
 //! The parameters of a volume, clauses B-001 to B-005: each field at its bounds, from both sides.
 
 use super::{Content, Draft, Frames, Volume, invalid, some, valid};
-use crate::forge::{Entry, Forge, HEADER, Pack, commit, group, kind, tracks};
+use crate::stream_builder::{Entry, HEADER, Pack, StreamBuilder, commit, group, kind, tracks};
 
 type Change = fn(&mut Entry, &mut Volume);
 /// Name, sentence, fault.
@@ -351,10 +351,10 @@ fn refused(
     } else {
         Pack::Zstd(3)
     };
-    let mut forge = Forge::started();
-    forge.put_packed(kind::TRACK, pack, &tracks(&entries));
-    let offset = forge.last() + HEADER;
-    forge
+    let mut builder = StreamBuilder::started();
+    builder.put_packed(kind::TRACK, pack, &tracks(&entries));
+    let offset = builder.last() + HEADER;
+    builder
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
     let name = format!("volume-{name}");
@@ -362,7 +362,7 @@ fn refused(
         (id, &name),
         clauses,
         &format!("{comment}."),
-        (offset, forge.ended()),
+        (offset, builder.ended()),
     )
 }
 
@@ -380,18 +380,18 @@ fn cut(drafts: &mut Vec<Draft>) {
         let whole = Entry::of_volume(1, Volume::packed([3, 2, 2])).bytes();
         let mut short = whole[..size as usize].to_vec();
         short[..4].copy_from_slice(&size.to_le_bytes());
-        let mut forge = Forge::started();
-        forge.put(
+        let mut builder = StreamBuilder::started();
+        builder.put(
             kind::TRACK,
             &[&[1, 0, 0, 0, 0, 0, 0, 0][..], &short].concat(),
         );
-        let offset = forge.last() + HEADER;
-        forge
+        let offset = builder.last() + HEADER;
+        builder
             .put(kind::GROUP, &group(0, 0, 0))
             .put(kind::COMMIT, &commit(0, 0, None));
         let name = format!("volume-cut-{name}");
         let comment = "An entry of a volume ends before its fields do.";
-        let refused = (offset, forge.ended());
+        let refused = (offset, builder.ended());
         drafts.push(invalid(
             (2001, &name),
             &["C-040", "C-070"],

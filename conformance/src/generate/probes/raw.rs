@@ -1,7 +1,7 @@
 //! The coding `raw`, clauses B-020 to B-025.
 
 use super::{Content, Draft, Place, Volume, faults, ordered, some, streams, valid};
-use crate::forge::probes::Probe;
+use crate::stream_builder::probes::Probe;
 
 /// 9 probes: two bytes a bitmap, seven bits of them spare.
 const DIMS: [u16; 3] = [3, 1, 3];

@@ -1,7 +1,7 @@
 //! What clients see, clauses B-050 to B-053 and B-060.
 
 use super::{Content, Draft, Volume, some, streams, valid};
-use crate::forge::probes::Probe;
+use crate::stream_builder::probes::Probe;
 
 pub fn add(drafts: &mut Vec<Draft>) {
     lumas(drafts);

@@ -2,9 +2,9 @@
 
 use super::super::Draft;
 use super::{Asked, Draw, MIDDLE, Z, cube_of_27, cubes, oriented, still};
-use crate::forge::{Entry, Part};
 use crate::generate::frames::{Frames, WIDTHS};
 use crate::generate::sampling::all;
+use crate::stream_builder::{Entry, Part};
 
 /// Points of many widths.
 pub(super) fn widths(drafts: &mut Vec<Draft>) -> Result<(), String> {
@@ -75,7 +75,7 @@ pub(super) fn normals(drafts: &mut Vec<Draft>) -> Result<(), String> {
         })
         .collect();
     let mut asked = Asked::of("normal-codes", still(&entry, &content));
-    for point in all(&asked.held(1)?.clone()) {
+    for point in all(&asked.track(1)?.clone()) {
         let own = point.normal.map(|v| (v * 1e6).round() as i32);
         asked.ask(1, point.position, own)?.ring(1, &point, 4)?;
     }
@@ -108,7 +108,7 @@ pub(super) fn normals(drafts: &mut Vec<Draft>) -> Result<(), String> {
             .collect();
         let name = format!("normal-codes-of-{n}-bits");
         let mut asked = Asked::of(&name, still(&entry, &content));
-        for point in all(&asked.held(1)?.clone()) {
+        for point in all(&asked.track(1)?.clone()) {
             asked.ring(1, &point, 2)?;
         }
         let comment = "Cosines with point normals are on either side of T_n, all around them.";

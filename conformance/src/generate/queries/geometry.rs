@@ -2,8 +2,8 @@
 
 use super::super::Draft;
 use super::{Asked, Draw, X, Y, Z, beside, cube_of_27, oriented, still};
-use crate::forge::Entry;
 use crate::generate::frames::WIDTHS;
+use crate::stream_builder::Entry;
 
 /// Both criteria of Eq. 3 from both sides.
 pub(super) fn one_point(drafts: &mut Vec<Draft>) -> Result<(), String> {

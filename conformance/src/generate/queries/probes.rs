@@ -7,13 +7,13 @@ mod geometry;
 mod sight;
 
 use super::Draw;
-use crate::forge::Entry;
-use crate::forge::probes::{GROUPS, Probe, Volume};
 use crate::generate::Draft;
+use crate::generate::expected::{Content, TrackContent};
 use crate::generate::frames::Frames;
-use crate::generate::held::{Content, Held};
 use crate::generate::lighting::asked;
 use crate::protocol::Interpolation;
+use crate::stream_builder::Entry;
+use crate::stream_builder::probes::{GROUPS, Probe, Volume};
 use crate::vector::{ProbesQuery, Query};
 use Interpolation::{Resistant, Trilinear};
 
@@ -141,9 +141,9 @@ impl<'n> Asked<'n> {
         }
     }
 
-    fn held(&self, track: u32) -> Result<&Held, String> {
-        let held = self.frames.held.iter().find(|h| h.entry.id == track);
-        held.ok_or_else(|| format!("{}: no track {track}", self.name))
+    fn track(&self, track: u32) -> Result<&TrackContent, String> {
+        let content = self.frames.tracks.iter().find(|h| h.entry.id == track);
+        content.ok_or_else(|| format!("{}: no track {track}", self.name))
     }
 
     /// Asks at a surface, its numbers rounded to what a query can say.
@@ -154,7 +154,7 @@ impl<'n> Asked<'n> {
         interpolations: &[Interpolation],
     ) -> Result<&mut Self, String> {
         for &interpolation in interpolations {
-            let query = asked(self.held(track)?, query(track, at, interpolation));
+            let query = asked(self.track(track)?, query(track, at, interpolation));
             let query = query.map_err(|near| format!("{}: at {:?}: {near}", self.name, at.x))?;
             self.queries.push(query);
         }
@@ -186,8 +186,8 @@ impl<'n> Asked<'n> {
         interpolations: &[Interpolation],
     ) -> Result<&mut Self, String> {
         let mut draw = Draw(seed);
-        let held = self.held(track)?.clone();
-        let volume = held.entry.volume.as_ref();
+        let expected = self.track(track)?.clone();
+        let volume = expected.entry.volume.as_ref();
         let volume = volume.ok_or_else(|| format!("{}: no volume", self.name))?;
         let (mut found, mut tries) = (0, 0);
         while found < count {
@@ -205,7 +205,7 @@ impl<'n> Asked<'n> {
             let roughness = draw.signed().abs();
             let at = At { x, n, v, roughness };
             let interpolation = interpolations[found % interpolations.len()];
-            if let Ok(query) = asked(&held, query(track, at, interpolation)) {
+            if let Ok(query) = asked(&expected, query(track, at, interpolation)) {
                 self.queries.push(query);
                 found += 1;
             }

@@ -1,8 +1,8 @@
 //! The commit record.
 
-use crate::forge::{Entry, commit, group, kind, tracks, words};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
+use crate::stream_builder::{Entry, commit, group, kind, tracks, words};
 
 pub fn commit_faults(drafts: &mut Vec<Draft>) {
     let second = at::SECOND_COMMIT;

@@ -1,10 +1,10 @@
 //! The track remove record.
 
-use crate::forge::{
-    Entry, IDENTITY, commit, group, kind, points, removal, set_word, tracks, transforms, words,
-};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
+use crate::stream_builder::{
+    Entry, IDENTITY, commit, group, kind, points, removal, set_word, tracks, transforms, words,
+};
 
 pub fn removals(drafts: &mut Vec<Draft>) {
     let one = Plan::usual().up_to(at::DELTA);

@@ -1,8 +1,8 @@
 //! The transforms record.
 
-use crate::forge::{commit, kind, set_word, transforms, words};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
+use crate::stream_builder::{commit, kind, set_word, transforms, words};
 
 pub fn transform_faults(drafts: &mut Vec<Draft>) {
     let entry = |k: usize| 8 + 52 * k;

@@ -3,12 +3,12 @@
 use super::{
     Case, FIRST, FOURTH, LAST, SECOND, THIRD, at, case, damaged, long, pushed, whole, without,
 };
-use crate::forge::{
-    Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, removal, tracks, transforms,
-    words,
-};
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{Plan, cell, digest, moved, two_tracks};
+use crate::stream_builder::{
+    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, removal, tracks,
+    transforms, words,
+};
 
 /// Name, sentence, layer and number of the error, and the records of the frame.
 type FailedFrame = (&'static str, &'static str, &'static str, Vec<Record>);
@@ -125,7 +125,7 @@ pub(super) fn failed_frames(all: &mut Vec<Case>) {
         let failing = 5 + records.len();
         let mut plan = Plan::usual().up_to(6);
         plan.records.extend(records);
-        let forge = plan
+        let builder = plan
             .then(kind::GROUP, group(2, 1, state))
             .then(kind::POINTS, points(Some(1), &[cell(&first, 1, 6, 50)]))
             .then(kind::COMMIT, commit(5, 3, None))
@@ -141,10 +141,10 @@ pub(super) fn failed_frames(all: &mut Vec<Case>) {
             &format!("failed-{name}"),
             &["C-090", "C-110", "C-119"],
             &format!("{comment} The state is as before, bit for bit."),
-            pushed(&forge.bytes).resume().finish(),
+            pushed(&builder.bytes).resume().finish(),
             format!(
                 "{FIRST}{started}, error {error} {}, resume yes, group 2 state, frame 3 5, {LAST}",
-                forge.starts[failing] + HEADER
+                builder.starts[failing] + HEADER
             ),
         ));
     }
@@ -177,7 +177,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
     );
     let gap = format!("error framing 1008 {}, resume yes", remove.starts[6]);
     let rest = format!("{THIRD}, {LAST}");
-    let points_at = |forge: &Forge| forge.starts[10] + HEADER;
+    let points_at = |builder: &StreamBuilder| builder.starts[10] + HEADER;
     let shorter = declare.starts[8] - declare.starts[6];
     all.extend([
         case("remove-in-lost-stretch", &["C-118", "C-081"],
@@ -201,14 +201,14 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
             "A live track is declared with other content in a search: the record counts, and has no other effect.",
             {
                 let changed = Entry { radius: 0.125, ..Entry::new(1) };
-                let forge = stream((kind::TRACK, tracks(&[changed])), &kept);
-                pushed(&damaged(&forge, 6)).resume().finish()
+                let builder = stream((kind::TRACK, tracks(&[changed])), &kept);
+                pushed(&damaged(&builder, 6)).resume().finish()
             },
             format!("{FIRST}, {crc}, {rest}")),
         case("declare-after-failed-frame", &["C-110", "C-079"],
             "A track that was declared in a frame that failed stays declared.",
             {
-                let forge = Plan::usual()
+                let builder = Plan::usual()
                     .up_to(6)
                     .then(kind::TRACK, tracks(std::slice::from_ref(&new)))
                     .then(kind::COMMIT, commit(4, 1, None))
@@ -217,7 +217,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
                     .then(kind::COMMIT, commit(5, 3, None))
                     .start()
                     .ended();
-                pushed(&forge).resume().finish()
+                pushed(&builder).resume().finish()
             },
             {
                 let at = Plan::usual().up_to(6).start().bytes.len();
@@ -227,7 +227,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
         case("remove-after-failed-frame", &["C-110", "C-081"],
             "A track that was removed in a frame that failed ends at the next commit.",
             {
-                let forge = Plan::usual()
+                let builder = Plan::usual()
                     .up_to(6)
                     .then(kind::TRACK_REMOVE, removal(&[1]))
                     .then(kind::COMMIT, commit(4, 1, None))
@@ -236,7 +236,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
                     .then(kind::COMMIT, commit(5, 3, None))
                     .start()
                     .ended();
-                pushed(&forge).resume().finish()
+                pushed(&builder).resume().finish()
             },
             {
                 let at = Plan::usual().up_to(6).start().bytes.len();
@@ -246,14 +246,14 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
             "The second track of a record has a fault: the first is not declared either.",
             {
                 let faulty = Entry { space: 9, ..Entry::new(4) };
-                let forge = stream((kind::TRACK, tracks(&[new.clone(), faulty])), &grown);
-                pushed(&forge.bytes).resume().resume().finish()
+                let builder = stream((kind::TRACK, tracks(&[new.clone(), faulty])), &grown);
+                pushed(&builder.bytes).resume().resume().finish()
             },
             {
                 let faulty = Entry { space: 9, ..Entry::new(4) };
-                let forge = stream((kind::TRACK, tracks(&[new.clone(), faulty])), &grown);
+                let builder = stream((kind::TRACK, tracks(&[new.clone(), faulty])), &grown);
                 format!("{FIRST}, error record 2020 {}, resume yes, group 1 keyframes, error record 2019 {}, resume yes, {LAST}",
-                    forge.starts[7] + HEADER, points_at(&forge))
+                    builder.starts[7] + HEADER, points_at(&builder))
             }),
     ]);
 }
@@ -269,9 +269,9 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     // Nine tracks are counted, so that the table is beyond the payload.
     let fault = format!("error codec 3001 {at_delta}, resume yes");
     let totals = |payload: &[u8]| {
-        let mut forge = lossy().start();
-        forge.put(kind::END, payload);
-        forge
+        let mut builder = lossy().start();
+        builder.put(kind::END, payload);
+        builder
     };
     let wrong = totals(&[0xee; 16]);
     all.push(case(
@@ -294,46 +294,49 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     ));
     let mut plan = lossy();
     plan.records.truncate(at::TRACK_AGAIN);
-    let mut forge = plan.start();
-    forge.put(kind::END, &[0; 15]);
+    let mut builder = plan.start();
+    builder.put(kind::END, &[0; 15]);
     all.push(case(
         "end-short-in-a-search",
         &["C-118", "C-120"],
         "In a search, an end of 15 bytes is not reported, and the stream has not ended.",
-        pushed(&forge.bytes).resume().finish(),
-        format!("{FIRST}, {fault}, error framing 1019 {}", forge.bytes.len()),
+        pushed(&builder.bytes).resume().finish(),
+        format!(
+            "{FIRST}, {fault}, error framing 1019 {}",
+            builder.bytes.len()
+        ),
     ));
-    let mut forge = lossy().up_to(at::THIRD_COMMIT).start();
-    forge.put(kind::END, &[0; 16]);
+    let mut builder = lossy().up_to(at::THIRD_COMMIT).start();
+    builder.put(kind::END, &[0; 16]);
     all.push(case(
         "end-in-frame-after-loss",
         &["C-100", "C-120"],
         "After a search, an end within a frame is still an error; resumed, it may come again.",
-        pushed(&forge.bytes)
+        pushed(&builder.bytes)
             .resume()
             .resume()
-            .push(&forge.bytes[forge.last()..])
+            .push(&builder.bytes[builder.last()..])
             .finish(),
         format!(
             "{FIRST}, {fault}, group 1 keyframes, error session 4006 {}, resume yes, {LAST}",
-            forge.last() + HEADER
+            builder.last() + HEADER
         ),
     ));
-    let forge = whole();
-    let length = forge.bytes.len();
+    let builder = whole();
+    let length = builder.bytes.len();
     let all_of_it = format!("{FIRST}, {SECOND}, {THIRD}, {FOURTH}");
     all.push(case(
         "byte-after-end",
         &["C-102", "C-115"],
         "A byte follows the end in the same push; nothing can be resumed.",
-        pushed(&[&forge.bytes[..], &[0]].concat()).resume(),
+        pushed(&[&builder.bytes[..], &[0]].concat()).resume(),
         format!("{all_of_it}, end, error framing 1020 {length}, resume no"),
     ));
     all.push(case(
         "push-after-end",
         &["C-102", "C-115"],
         "The stream was finished, and then a byte comes.",
-        pushed(&forge.bytes).finish().push(&[0]).resume(),
+        pushed(&builder.bytes).finish().push(&[0]).resume(),
         format!("{all_of_it}, {LAST}, error framing 1020 {length}, resume no"),
     ));
     all.push(case(
@@ -368,21 +371,21 @@ pub(super) fn ends(all: &mut Vec<Case>) {
 
 /// Sequences at their end, and a stream record that comes again.
 pub(super) fn sequences(all: &mut Vec<Case>) {
-    let mut forge = empty_frame();
-    let start = forge.bytes.len();
+    let mut builder = empty_frame();
+    let start = builder.bytes.len();
     for (record_type, payload) in [
         (kind::GROUP, group(1, 0, 0)),
         (kind::COMMIT, commit(1, 1, None)),
         (kind::END, vec![0; 16]),
     ] {
-        forge.put_with(record_type, Pack::None, &payload, |h| h.sequence = u64::MAX);
+        builder.put_with(record_type, Pack::None, &payload, |h| h.sequence = u64::MAX);
     }
     all.push(case("sequence-at-its-most", &["C-117"],
         "A group found in a search has the largest sequence; no larger one can be due.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!("stream 60 1, group 0 keyframes, frame 0 0, error framing 1008 {start}, resume yes, group 1 keyframes, frame 1 1, {LAST}")));
-    let mut forge = Forge::new();
-    forge
+    let mut builder = StreamBuilder::new();
+    builder
         .put_with(kind::STREAM, Pack::None, &words(&[60, 1]), |h| {
             h.payload_crc ^= 1
         })
@@ -394,7 +397,7 @@ pub(super) fn sequences(all: &mut Vec<Case>) {
         "stream-again-in-a-search",
         &["C-118", "C-016"],
         "The stream record is damaged and comes again, with the next sequence.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "error framing 1011 48, resume yes, stream 50 1, group 0 keyframes, frame 0 0, {LAST}"
         ),

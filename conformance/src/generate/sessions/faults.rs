@@ -2,13 +2,13 @@
 //! entries counts.
 
 use super::{Case, FIRST, LAST, THIRD, at, case, damaged, long, pushed};
-use crate::forge::{
-    Entry, Forge, HEADER, Pack, Part, commit, group, kind, points, removal, tracks, words,
-};
 use crate::generate::plan::{Plan, cell, two_tracks};
+use crate::stream_builder::{
+    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, removal, tracks, words,
+};
 
 /// Frame 1 of the usual stream, some records, and frame 3 from keyframes.
-fn between(records: &[(u16, Vec<u8>)], parts: &[Part]) -> Forge {
+fn between(records: &[(u16, Vec<u8>)], parts: &[Part]) -> StreamBuilder {
     let mut plan = Plan::usual().up_to(6);
     plan.records.extend_from_slice(records);
     plan.then(kind::GROUP, group(1, 0, 0))
@@ -22,17 +22,17 @@ fn between(records: &[(u16, Vec<u8>)], parts: &[Part]) -> Forge {
 /// Faulty records in a search: they count for the sequence, and are not reported.
 pub(super) fn in_a_search(all: &mut Vec<Case>) {
     let kept = [cell(&two_tracks()[1], 0, 7, 9)];
-    let forge = between(
+    let builder = between(
         &[
             (kind::COMMIT, commit(4, 2, None)),
             (kind::TRACK, tracks(&[Entry::new(3)])),
         ],
         &kept,
     );
-    let s = &forge.starts;
-    let mut both = damaged(&forge, 6);
+    let s = &builder.starts;
+    let mut both = damaged(&builder, 6);
     both[s[7] + HEADER] ^= 1;
-    let again = [&both[..s[8]], &forge.bytes[s[7]..]].concat();
+    let again = [&both[..s[8]], &builder.bytes[s[7]..]].concat();
     all.push(case(
         "faulty-track-in-a-search-counts",
         &["C-117", "C-118"],
@@ -47,32 +47,32 @@ pub(super) fn in_a_search(all: &mut Vec<Case>) {
     // Nine tracks are counted, so that the table is beyond the payload.
     let mut plan = long().up_to(at::TRACK_AGAIN);
     plan.records[at::DELTA].1[0] = 9;
-    let mut forge = plan.start();
-    forge
+    let mut builder = plan.start();
+    builder
         .put(kind::END, &[0; 15])
         .put_with(kind::END, Pack::None, &[0; 16], |h| h.sequence -= 1);
     all.push(case(
         "short-end-in-a-search-sent-again",
         &["C-118", "C-120"],
         "In a search an end is a byte short and comes again, whole: a faulty end does not count as a record.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error codec 3001 {}, resume yes, {LAST}",
-            forge.starts[at::DELTA] + HEADER
+            builder.starts[at::DELTA] + HEADER
         ),
     ));
-    let mut forge = Forge::new();
-    let broken = |payload: &[u8], forge: &mut Forge, record_type| {
-        forge.put_with(record_type, Pack::None, payload, |h| h.payload_crc ^= 1);
+    let mut builder = StreamBuilder::new();
+    let broken = |payload: &[u8], builder: &mut StreamBuilder, record_type| {
+        builder.put_with(record_type, Pack::None, payload, |h| h.payload_crc ^= 1);
     };
-    broken(&words(&[60, 1]), &mut forge, kind::STREAM);
-    forge
+    broken(&words(&[60, 1]), &mut builder, kind::STREAM);
+    builder
         .put(kind::STREAM, &words(&[0, 1]))
         .put(kind::STREAM, &words(&[60, 1]))
         .put(kind::GROUP, &group(0, 0, 0))
         .put(kind::COMMIT, &commit(0, 0, None));
-    broken(&commit(1, 1, None), &mut forge, kind::COMMIT);
-    forge
+    broken(&commit(1, 1, None), &mut builder, kind::COMMIT);
+    builder
         .put(kind::TRACK_REMOVE, &removal(&[9]))
         .put(kind::GROUP, &group(1, 0, 0))
         .put(kind::COMMIT, &commit(2, 2, None))
@@ -81,11 +81,11 @@ pub(super) fn in_a_search(all: &mut Vec<Case>) {
         "faulty-stream-and-removal-in-a-search",
         &["C-118"],
         "A search meets a stream record of no ticks, another a removal of an unknown track: neither is reported.",
-        pushed(&forge.bytes).resume().resume().finish(),
+        pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "error framing 1011 48, resume yes, stream 60 1, group 0 keyframes, frame 0 0, \
              error framing 1011 {}, resume yes, group 1 keyframes, frame 2 2, {LAST}",
-            forge.starts[5] + HEADER
+            builder.starts[5] + HEADER
         ),
     ));
 }
@@ -99,7 +99,7 @@ pub(super) fn of_later_entries(all: &mut Vec<Case>) {
         ..Entry::new(5)
     };
     let other = cell(&second, 0, 7, 9);
-    let forge = between(
+    let builder = between(
         &[
             (kind::TRACK, tracks(&[Entry::new(4), faulty])),
             (kind::TRACK, tracks(std::slice::from_ref(&new))),
@@ -110,13 +110,13 @@ pub(super) fn of_later_entries(all: &mut Vec<Case>) {
         "id-of-a-faulty-declaration-is-free",
         &["C-074", "C-077"],
         "Tracks 4 and 5 are declared in a record with a fault, and then track 3: no id above it is declared.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error record 2020 {}, resume yes, {THIRD}, {LAST}",
-            forge.starts[6] + HEADER
+            builder.starts[6] + HEADER
         ),
     ));
-    let forge = between(
+    let builder = between(
         &[
             (kind::COMMIT, commit(4, 2, None)),
             (kind::TRACK_REMOVE, removal(&[1, 9])),
@@ -127,10 +127,10 @@ pub(super) fn of_later_entries(all: &mut Vec<Case>) {
         "faulty-removal-removes-none",
         &["C-080", "C-083"],
         "The second track of a removal is unknown: the first does not end, and has content in the next frame.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, frame 2 4, error record 2019 {}, resume yes, {THIRD}, {LAST}",
-            forge.starts[7] + HEADER
+            builder.starts[7] + HEADER
         ),
     ));
 }

@@ -3,13 +3,13 @@
 use super::{
     Case, FIRST, FOURTH, LAST, SECOND, THIRD, at, case, damaged, long, pushed, whole, without,
 };
-use crate::forge::{Entry, Forge, HEADER, Header, Pack, kind, points};
 use crate::generate::plan::cell;
+use crate::stream_builder::{Entry, HEADER, Header, Pack, StreamBuilder, kind, points};
 
 pub(super) fn lost(all: &mut Vec<Case>) {
-    let forge = whole();
-    let s = &forge.starts;
-    let once = |first, last| pushed(&without(&forge, first, last)).resume().finish();
+    let builder = whole();
+    let s = &builder.starts;
+    let once = |first, last| pushed(&without(&builder, first, last)).resume().finish();
     let cut = |place: usize| format!("error framing 1008 {}, resume yes", s[place]);
     let rest = format!("{THIRD}, {FOURTH}, {LAST}");
     all.extend([
@@ -40,7 +40,7 @@ pub(super) fn lost(all: &mut Vec<Case>) {
         case("lost-twice", &["C-115", "C-117"],
             "Records are lost in two frames, with a group between.",
             {
-                let mut bytes = without(&forge, at::LAST_DELTA, at::LAST_DELTA);
+                let mut bytes = without(&builder, at::LAST_DELTA, at::LAST_DELTA);
                 bytes.drain(s[at::DELTA]..s[at::TRANSFORMS]);
                 pushed(&bytes).resume().resume().finish()
             },
@@ -52,21 +52,21 @@ pub(super) fn lost(all: &mut Vec<Case>) {
         case("lost-twice-in-a-search", &["C-117"],
             "Records are lost in a stretch that is passed over anyway: no further error.",
             {
-                let mut bytes = without(&forge, at::SECOND_COMMIT, at::SECOND_COMMIT);
+                let mut bytes = without(&builder, at::SECOND_COMMIT, at::SECOND_COMMIT);
                 bytes.drain(s[at::DELTA]..s[at::TRANSFORMS]);
                 pushed(&bytes).resume().finish()
             },
             format!("{FIRST}, {}, {rest}", cut(at::DELTA))),
         case("lost-live", &["C-121"],
             "A live stream ends while a group is searched for.",
-            pushed(&without(&forge, at::DELTA, at::DELTA)[..s[at::SECOND_COMMIT]])
+            pushed(&without(&builder, at::DELTA, at::DELTA)[..s[at::SECOND_COMMIT]])
                 .resume()
                 .word("finish-live"),
             String::new()),
     ]);
     // Of that one: the commit is missing in what came.
     let live = pushed(
-        &without(&forge, at::DELTA, at::DELTA)
+        &without(&builder, at::DELTA, at::DELTA)
             [..s[at::TRACK_AGAIN] - (s[at::TRANSFORMS] - s[at::DELTA])],
     );
     if let Some(last) = all.last_mut() {
@@ -76,11 +76,11 @@ pub(super) fn lost(all: &mut Vec<Case>) {
 }
 
 pub(super) fn late_join(all: &mut Vec<Case>) {
-    let forge = whole();
-    let s = &forge.starts;
+    let builder = whole();
+    let s = &builder.starts;
     // The preamble and the stream record come first, as a server sends them to one who joins.
-    let head = &forge.bytes[..s[at::TRACK]];
-    let joined = |from: usize| [head, &forge.bytes[s[from]..]].concat();
+    let head = &builder.bytes[..s[at::TRACK]];
+    let joined = |from: usize| [head, &builder.bytes[s[from]..]].concat();
     let gap = format!("stream 60 1, error framing 1008 {}, resume yes", head.len());
     all.extend([
         case("late-join", &["C-117", "C-118", "C-119"],
@@ -102,22 +102,22 @@ pub(super) fn late_join(all: &mut Vec<Case>) {
             format!("{gap}, {LAST}")),
         case("late-join-without-stream", &["C-016", "C-115", "C-118"],
             "One joins after the preamble, without a stream record: the records that come are refused, the first without another report.",
-            pushed(&[&forge.bytes[..16], &forge.bytes[s[at::GROUP_ON_STATE]..]].concat())
+            pushed(&[&builder.bytes[..16], &builder.bytes[s[at::GROUP_ON_STATE]..]].concat())
                 .resume().resume(),
             format!("error framing 1008 16, resume yes, error session 4007 {}, resume yes, error session 4007 {}",
                 16 + (s[at::LAST_DELTA] - s[at::GROUP_ON_STATE]),
                 16 + (s[at::LAST_COMMIT] - s[at::GROUP_ON_STATE]))),
         case("late-join-without-preamble", &["C-115", "C-001"],
             "One joins without a preamble: the framing cannot be found.",
-            pushed(&forge.bytes[s[at::TRACK_AGAIN]..]).resume(),
+            pushed(&builder.bytes[s[at::TRACK_AGAIN]..]).resume(),
             "error framing 1001 0, resume no".to_string()),
     ]);
 }
 
 pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
-    let forge = whole();
-    let s = &forge.starts;
-    let once = |place| pushed(&damaged(&forge, place)).resume().finish();
+    let builder = whole();
+    let s = &builder.starts;
+    let once = |place| pushed(&damaged(&builder, place)).resume().finish();
     let crc = |place: usize| format!("error framing 1011 {}, resume yes", s[place] + HEADER);
     let rest = format!("{THIRD}, {FOURTH}, {LAST}");
     all.extend([
@@ -166,7 +166,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
             "damaged-stream",
             &["C-118", "C-016"],
             "The stream record is damaged: no other record may stand before one.",
-            pushed(&damaged(&forge, 0)).resume(),
+            pushed(&damaged(&builder, 0)).resume(),
             format!("{}, error session 4007 {}", crc(0), s[at::TRACK]),
         ),
         case(
@@ -177,16 +177,22 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
             format!(
                 "{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {}, error framing 1019 {}",
                 crc(at::END),
-                forge.bytes.len()
+                builder.bytes.len()
             ),
         ),
         case(
             "damaged-end-sent-again",
             &["C-116", "C-120"],
             "The end is damaged and comes again: a faulty end does not count as a record.",
-            pushed(&[&damaged(&forge, at::END)[..], &forge.bytes[s[at::END]..]].concat())
-                .resume()
-                .finish(),
+            pushed(
+                &[
+                    &damaged(&builder, at::END)[..],
+                    &builder.bytes[s[at::END]..],
+                ]
+                .concat(),
+            )
+            .resume()
+            .finish(),
             format!(
                 "{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {}, {LAST}",
                 crc(at::END)
@@ -195,7 +201,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
     ]);
     // After damaged tracks, the first group has points of unknown tracks.
     if let Some(case) = all.iter_mut().find(|case| case.name == "damaged-tracks") {
-        case.script = pushed(&damaged(&forge, at::TRACK))
+        case.script = pushed(&damaged(&builder, at::TRACK))
             .resume()
             .resume()
             .finish()
@@ -205,7 +211,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
             s[at::POINTS] + HEADER
         );
     }
-    let mut both = damaged(&forge, at::DELTA);
+    let mut both = damaged(&builder, at::DELTA);
     both[s[at::LAST_DELTA] + HEADER] ^= 1;
     all.push(case(
         "damaged-twice",
@@ -218,7 +224,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
             crc(at::LAST_DELTA)
         ),
     ));
-    let mut both = damaged(&forge, at::DELTA);
+    let mut both = damaged(&builder, at::DELTA);
     both[s[at::SECOND_COMMIT] + HEADER] ^= 1;
     all.push(case(
         "damaged-twice-in-a-search",
@@ -227,7 +233,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {rest}", crc(at::DELTA)),
     ));
-    let mut both = damaged(&forge, at::DELTA);
+    let mut both = damaged(&builder, at::DELTA);
     both[s[at::GROUP_AGAIN] + HEADER] ^= 1;
     all.push(case(
         "damaged-group-in-a-search",
@@ -236,7 +242,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {LAST}", crc(at::DELTA)),
     ));
-    let mut both = damaged(&forge, at::DELTA);
+    let mut both = damaged(&builder, at::DELTA);
     both[s[at::TRACK_AGAIN] + HEADER] ^= 1;
     all.push(case("damaged-tracks-in-a-search", &["C-118"],
         "Tracks that are live anyway are declared in a damaged record: it counts, and has no other effect.",
@@ -244,8 +250,8 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
         format!("{FIRST}, {}, {rest}", crc(at::DELTA))));
     // The record comes once more, whole.
     let again = [
-        &damaged(&forge, at::TRANSFORMS)[..s[at::SECOND_COMMIT]],
-        &forge.bytes[s[at::TRANSFORMS]..],
+        &damaged(&builder, at::TRANSFORMS)[..s[at::SECOND_COMMIT]],
+        &builder.bytes[s[at::TRANSFORMS]..],
     ]
     .concat();
     all.push(case(
@@ -262,15 +268,15 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
     // A missing base without a gap: the sender left a frame out.
     let mut plan = long();
     plan.records[at::DELTA].1 = points(Some(0), &[cell(&Entry::new(1), 1, 6, 50)]);
-    let forge = plan.start().end().clone();
+    let builder = plan.start().end().clone();
     all.push(case(
         "missing-base",
         &["P-012", "C-116"],
         "A delta builds on another frame than the last one.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error session 4001 {}, resume yes, {rest}",
-            forge.starts[at::DELTA] + HEADER
+            builder.starts[at::DELTA] + HEADER
         ),
     ));
 }
@@ -284,9 +290,9 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
                     change: fn(&mut Header),
                     resumes: usize,
                     outline: &dyn Fn(usize) -> String| {
-        let mut forge = long().forge(place, change);
-        forge.end();
-        let mut script = pushed(&forge.bytes);
+        let mut builder = long().builder(place, change);
+        builder.end();
+        let mut script = pushed(&builder.bytes);
         for _ in 0..resumes {
             script = script.resume();
         }
@@ -295,7 +301,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
             clauses,
             comment,
             script.finish(),
-            outline(forge.starts[place]),
+            outline(builder.starts[place]),
         ));
     };
     with(
@@ -380,21 +386,21 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
             )
         },
     );
-    let mut forge = Forge::new();
+    let mut builder = StreamBuilder::new();
     for (index, (record_type, payload)) in long().records.iter().enumerate() {
-        forge.put_with(*record_type, Pack::None, payload, |h| match index {
+        builder.put_with(*record_type, Pack::None, payload, |h| match index {
             at::DELTA => h.sequence = 2,
             at::TRANSFORMS => h.sequence = 3,
             _ => {}
         });
     }
-    forge.end();
-    let s = &forge.starts;
+    builder.end();
+    let s = &builder.starts;
     all.push(case(
         "due-after-an-old-header",
         &["C-116", "C-117"],
         "An old record comes, and the one after it: the sequence due is not taken from the first, so the second is old too.",
-        pushed(&forge.bytes).resume().resume().finish(),
+        pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "{FIRST}, error framing 1009 {}, resume yes, error framing 1009 {}, resume yes, {rest}",
             s[at::DELTA],
@@ -402,22 +408,22 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
         ),
     ));
     // Twice: the search meets an unknown critical record.
-    let mut forge = Forge::new();
+    let mut builder = StreamBuilder::new();
     for (index, (record_type, payload)) in long().records.iter().enumerate() {
         let unknown = matches!(index, at::DELTA | at::SECOND_COMMIT);
-        forge.put_with(*record_type, Pack::None, payload, |h| {
+        builder.put_with(*record_type, Pack::None, payload, |h| {
             if unknown {
                 h.record_type = 0x22;
             }
         });
     }
-    forge.end();
-    let s = &forge.starts;
+    builder.end();
+    let s = &builder.starts;
     all.push(case(
         "header-unknown-critical-in-a-search",
         &["C-013", "C-117"],
         "A search meets another critical record of an unknown type, and says so.",
-        pushed(&forge.bytes).resume().resume().finish(),
+        pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "{FIRST}, error framing 1022 {}, resume yes, error framing 1022 {}, resume yes, {rest}",
             s[at::DELTA],
@@ -425,24 +431,24 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
         ),
     ));
     // Passed over without a look at lengths and packing.
-    let mut forge = Forge::new();
+    let mut builder = StreamBuilder::new();
     for (index, (record_type, payload)) in long().records.iter().enumerate() {
-        forge.put_with(*record_type, Pack::None, payload, |h| match index {
+        builder.put_with(*record_type, Pack::None, payload, |h| match index {
             at::DELTA => h.version = 1,
             at::TRANSFORMS => (h.packing, h.unpacked) = (77, u32::MAX),
             at::SECOND_COMMIT => h.payload_crc ^= 1,
             _ => {}
         });
     }
-    forge.end();
+    builder.end();
     all.push(case(
         "header-not-looked-at-in-a-search",
         &["C-117"],
         "Packing, lengths and CRC of records that are passed over are not looked at.",
-        pushed(&forge.bytes).resume().finish(),
+        pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error framing 1021 {}, resume yes, {rest}",
-            forge.starts[at::DELTA]
+            builder.starts[at::DELTA]
         ),
     ));
 }

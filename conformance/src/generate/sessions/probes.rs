@@ -1,11 +1,11 @@
 //! Sessions of volumes: what a decoder keeps of them through loss and failed frames.
 
 use super::{Case, LAST, Script, case, damaged, pushed, without};
-use crate::forge::probes::{Probe, Section, Volume, payload};
-use crate::forge::{Entry, Forge, HEADER, commit, kind};
+use crate::generate::expected::Content;
 use crate::generate::frames::Frames;
-use crate::generate::held::Content;
 use crate::generate::probes::{AREA, later, seen, some};
+use crate::stream_builder::probes::{Probe, Section, Volume, payload};
+use crate::stream_builder::{Entry, HEADER, StreamBuilder, commit, kind};
 
 /// Places of the records of [`whole`].
 mod at {
@@ -65,12 +65,12 @@ fn begun() -> Frames {
 }
 
 /// Frames 0 and 1; frame 2 from keyframes, its tracks declared again; frame 3 on its state.
-fn whole() -> Forge {
+fn whole() -> StreamBuilder {
     let frames = begun().probes(false, &delta(1)).commit();
     let frames = frames.declare(&entries()).group();
     let frames = frames.probes(true, &contents(5)).commit();
     let frames = frames.group_on_state().probes(false, &delta(5)).commit();
-    frames.forge.clone().end().clone()
+    frames.builder.clone().end().clone()
 }
 
 pub(super) fn probes(all: &mut Vec<Case>) {
@@ -82,16 +82,16 @@ pub(super) fn probes(all: &mut Vec<Case>) {
 }
 
 fn lost(all: &mut Vec<Case>) {
-    let forge = whole();
-    let s = &forge.starts;
-    let once = |first, last| pushed(&without(&forge, first, last)).resume().finish();
+    let builder = whole();
+    let s = &builder.starts;
+    let once = |first, last| pushed(&without(&builder, first, last)).resume().finish();
     let cut = |place: usize| format!("error framing 1008 {}, resume yes", s[place]);
     let crc = |place: usize| format!("error framing 1011 {}, resume yes", s[place] + HEADER);
     let mut pieces = Script::default();
-    for piece in forge.bytes.chunks(37) {
+    for piece in builder.bytes.chunks(37) {
         pieces = pieces.push(piece);
     }
-    let head = &forge.bytes[..s[at::TRACK]];
+    let head = &builder.bytes[..s[at::TRACK]];
     all.extend([
         case("lost-frame", &["C-115", "C-119", "B-010"],
             "A delta and its commit are lost: the next group replaces all.",
@@ -107,19 +107,19 @@ fn lost(all: &mut Vec<Case>) {
             format!("{FIRST}, {SECOND}, group 0 keyframes, {}, {LAST}", cut(at::SECOND_KEYFRAME))),
         case("damaged-first-keyframe", &["C-022", "C-119"],
             "The first keyframe is damaged: nothing is there up to the next group.",
-            pushed(&damaged(&forge, at::KEYFRAME)).resume().finish(),
+            pushed(&damaged(&builder, at::KEYFRAME)).resume().finish(),
             format!("stream 60 1, group 0 keyframes, {}, {THIRD}, {FOURTH}, {LAST}", crc(at::KEYFRAME))),
         case("damaged-delta", &["C-022", "C-110", "C-119"],
             "A delta is damaged: its frame does not come.",
-            pushed(&damaged(&forge, at::DELTA)).resume().finish(),
+            pushed(&damaged(&builder, at::DELTA)).resume().finish(),
             format!("{FIRST}, {}, {THIRD}, {FOURTH}, {LAST}", crc(at::DELTA))),
         case("late-join", &["C-117", "C-118", "C-119"],
             "One joins where the volumes are declared again.",
-            pushed(&[head, &forge.bytes[s[at::TRACK_AGAIN]..]].concat()).resume().finish(),
+            pushed(&[head, &builder.bytes[s[at::TRACK_AGAIN]..]].concat()).resume().finish(),
             format!("stream 60 1, error framing 1008 {}, resume yes, {THIRD}, {FOURTH}, {LAST}", head.len())),
         case("late-join-after-tracks", &["C-117", "B-016"],
             "One joins after the volumes were declared: the keyframe names unknown tracks.",
-            pushed(&[head, &forge.bytes[s[at::GROUP_AGAIN]..]].concat()).resume().resume().finish(),
+            pushed(&[head, &builder.bytes[s[at::GROUP_AGAIN]..]].concat()).resume().resume().finish(),
             format!("stream 60 1, error framing 1008 {}, resume yes, group 0 keyframes, error record 2019 {}, resume yes, {LAST}",
                 head.len(), head.len() + s[at::SECOND_KEYFRAME] - s[at::GROUP_AGAIN] + HEADER)),
         case("pieces-of-37", &["C-111"],
@@ -128,7 +128,7 @@ fn lost(all: &mut Vec<Case>) {
             format!("{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {LAST}")),
         case("reset-forgets-volumes", &["C-114"],
             "After a reset within a delta the stream comes again: nothing is left of its volumes.",
-            pushed(&forge.bytes[..s[at::DELTA] + 50]).word("reset").push(&forge.bytes).finish(),
+            pushed(&builder.bytes[..s[at::DELTA] + 50]).word("reset").push(&builder.bytes).finish(),
             format!("{FIRST}, reset, {FIRST}, {SECOND}, {THIRD}, {FOURTH}, {LAST}")),
     ]);
 }
@@ -163,7 +163,7 @@ fn failed(all: &mut Vec<Case>) {
         }
         sections
     };
-    let group = (kind::GROUP, crate::forge::group(0, 0, 0));
+    let group = (kind::GROUP, crate::stream_builder::group(0, 0, 0));
     let frames = [
         (
             "delta",
@@ -234,9 +234,9 @@ fn failed(all: &mut Vec<Case>) {
             .count();
         let mut frames = begun();
         for (record_type, payload) in &records {
-            frames.forge.put(*record_type, payload);
+            frames.builder.put(*record_type, payload);
         }
-        let offset = frames.forge.last() + HEADER;
+        let offset = frames.builder.last() + HEADER;
         let frames = frames.group_on_state().probes(false, &delta(1)).commit();
         let started = if groups > 0 {
             ", group 0 keyframes"
@@ -273,18 +273,19 @@ fn tracks(all: &mut Vec<Case>) {
         frames
             .probes(true, &kept)
             .commit()
-            .forge
+            .builder
             .clone()
             .end()
             .clone()
     };
-    let crc = |forge: &Forge| {
+    let crc = |builder: &StreamBuilder| {
         format!(
             "error framing 1011 {}, resume yes",
-            forge.starts[5] + HEADER
+            builder.starts[5] + HEADER
         )
     };
-    let gap = |forge: &Forge| format!("error framing 1008 {}, resume yes", forge.starts[5]);
+    let gap =
+        |builder: &StreamBuilder| format!("error framing 1008 {}, resume yes", builder.starts[5]);
     let (remove, declare) = (stream(true), stream(false));
     let named = declare.starts[9] - (declare.starts[7] - declare.starts[5]) + HEADER;
     all.extend([
@@ -310,13 +311,13 @@ fn tracks(all: &mut Vec<Case>) {
                 let frames = begun();
                 let sections = frames.sections(false, &delta(1)[..1]);
                 let mut frames = frames.remove(&[1]);
-                frames.forge.put(kind::PROBES, &payload(Some(0), &sections));
+                frames.builder.put(kind::PROBES, &payload(Some(0), &sections));
                 let frames = frames.group().probes(true, &contents(5)[1..]).commit();
                 pushed(&frames.ended()).resume().finish()
             },
             {
                 let removed = begun().remove(&[1]);
-                let at = removed.forge.bytes.len() + HEADER;
+                let at = removed.builder.bytes.len() + HEADER;
                 format!("{FIRST}, error record 2019 {at}, resume yes, group 0 keyframes, frame 1 1, {LAST}")
             }),
     ]);

@@ -1,9 +1,9 @@
 //! Tracks with fields at their edges, and live tracks declared again.
 
 use super::shown;
-use crate::forge::{Entry, commit, kind, points, removal, tracks, transforms};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, moved, two_tracks, valid};
+use crate::stream_builder::{Entry, commit, kind, points, removal, tracks, transforms};
 
 /// Tracks with fields at their edges.
 pub fn declared(drafts: &mut Vec<Draft>) {

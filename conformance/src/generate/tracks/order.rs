@@ -1,9 +1,9 @@
 //! Track records with two faults; ids that do not ascend; live tracks declared with other content.
 
 use super::entry;
-use crate::forge::{Entry, kind, tracks};
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, payload, refused, two_tracks};
+use crate::stream_builder::{Entry, kind, tracks};
 
 type Change = fn(&mut Entry);
 

@@ -1,9 +1,9 @@
 //! Paths of tracks: what is text, and what is not.
 
 use super::{entry, shown};
-use crate::forge::Entry;
 use crate::generate::Draft;
 use crate::generate::plan::valid;
+use crate::stream_builder::Entry;
 
 /// Paths that are no text, with everything around them in order.
 pub fn paths(drafts: &mut Vec<Draft>) {

@@ -1,4 +1,4 @@
-//! What tracks hold, worked out here once more from `spec/points.md` and `spec/probes.md`, and its
+//! Expected content of tracks, worked out here a second time from `spec/points.md` and `spec/probes.md`, and its
 //! digest, so that no vector rests on what our decoder makes of it.
 
 use std::collections::BTreeMap;
@@ -7,12 +7,12 @@ use std::hash::Hasher as _;
 use dapple_codec::points::EMPTY;
 use twox_hash::XxHash64;
 
-use crate::forge::probes::{self, Probe, Section};
-use crate::forge::{Entry, Part, floats, words};
+use crate::stream_builder::probes::{self, Probe, Section};
+use crate::stream_builder::{Entry, Part, floats, words};
 
 /// What a track holds after a commit.
 #[derive(Clone, Debug)]
-pub struct Held {
+pub struct TrackContent {
     pub entry: Entry,
     pub transform: Option<[f32; 12]>,
     /// Entries of each bucket that has been written.
@@ -25,10 +25,10 @@ pub struct Held {
     pub visibility: Option<Vec<u8>>,
 }
 
-impl Held {
+impl TrackContent {
     /// An empty track.
-    pub fn new(entry: &Entry) -> Held {
-        Held {
+    pub fn new(entry: &Entry) -> TrackContent {
+        TrackContent {
             entry: entry.clone(),
             transform: None,
             buckets: BTreeMap::new(),
@@ -172,8 +172,10 @@ impl Content {
 }
 
 /// Digest of a state, its tracks by ascending id (`spec/container.md` §7, `spec/points.md` §6).
-pub fn digest(tracks: &[Held]) -> u64 {
+pub fn digest(tracks: &[TrackContent]) -> u64 {
     let mut digest = XxHash64::with_seed(0);
-    tracks.iter().for_each(|held| held.digest(&mut digest));
+    tracks
+        .iter()
+        .for_each(|content| content.digest(&mut digest));
     digest.finish()
 }

@@ -43,28 +43,28 @@ impl EndDigest {
 }
 
 /// Writes a stream record by record; nothing is checked.
-pub struct Forge {
+pub struct StreamBuilder {
     /// What was written.
     pub bytes: Vec<u8>,
     /// What an `end` record would state.
     pub end: EndDigest,
 }
 
-impl Default for Forge {
+impl Default for StreamBuilder {
     fn default() -> Self {
-        Forge::new()
+        StreamBuilder::new()
     }
 }
 
-impl Forge {
+impl StreamBuilder {
     /// A stream with its preamble.
-    pub fn new() -> Forge {
+    pub fn new() -> StreamBuilder {
         let mut bytes = MAGIC.to_vec();
         bytes.extend([1, 0, 0, 0]);
         let crc = crc32c(&bytes);
         bytes.extend(crc.to_le_bytes());
         let end = EndDigest::new(&bytes);
-        Forge { bytes, end }
+        StreamBuilder { bytes, end }
     }
 
     /// Appends a record whose header may be changed before its checksum is made.
@@ -145,9 +145,9 @@ pub fn record_starts(bytes: &[u8]) -> Vec<usize> {
 
 /// A stream of a `stream` and an `end` record.
 pub fn tiny() -> Vec<u8> {
-    let mut forge = Forge::new();
-    forge.record(0x01, &[60, 0, 0, 0, 1, 0, 0, 0], Packing::None, |_| {});
-    let end = forge.end.end_payload();
-    forge.record(0x07, &end, Packing::None, |_| {});
-    forge.bytes
+    let mut builder = StreamBuilder::new();
+    builder.record(0x01, &[60, 0, 0, 0, 1, 0, 0, 0], Packing::None, |_| {});
+    let end = builder.end.end_payload();
+    builder.record(0x07, &end, Packing::None, |_| {});
+    builder.bytes
 }

@@ -2,11 +2,15 @@
 
 use alloc::vec::Vec;
 
-use crate::error::Fault;
+use crate::error::ErrorKind;
 
 /// Reserves memory for `more` items. Doubles, so that many small steps stay cheap, but goes to no
 /// more than `most` items in all, which the caller has checked `more` against.
-pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) -> Result<(), Fault> {
+pub(crate) fn reserve_bounded<T>(
+    items: &mut Vec<T>,
+    more: usize,
+    most: usize,
+) -> Result<(), ErrorKind> {
     let needed = items.len() + more;
     if needed > items.capacity() {
         let wanted = grown(items.capacity(), needed, most);
@@ -16,12 +20,12 @@ pub(crate) fn make_room<T>(items: &mut Vec<T>, more: usize, most: usize) -> Resu
 }
 
 /// Reserves memory for `more` items and no more.
-pub(crate) fn reserve_exact<T>(items: &mut Vec<T>, more: usize) -> Result<(), Fault> {
-    items.try_reserve_exact(more).map_err(|_| Fault::Memory)
+pub(crate) fn reserve_exact<T>(items: &mut Vec<T>, more: usize) -> Result<(), ErrorKind> {
+    items.try_reserve_exact(more).map_err(|_| ErrorKind::Memory)
 }
 
 /// `count` copies of a value, in exactly as much memory as they take.
-pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, Fault> {
+pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, ErrorKind> {
     let mut items = Vec::new();
     reserve_exact(&mut items, count)?;
     items.resize(count, value);
@@ -43,7 +47,7 @@ mod tests {
         let mut steps = 0;
         for i in 0..1000 {
             let before = items.capacity();
-            make_room(&mut items, 1, 1000).unwrap();
+            reserve_bounded(&mut items, 1, 1000).unwrap();
             steps += u32::from(items.capacity() != before);
             assert!(items.capacity() > usize::from(i) && items.capacity() <= 1000);
             items.push(i);

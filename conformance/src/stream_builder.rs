@@ -78,7 +78,7 @@ impl Header {
 
 /// A stream in the making.
 #[derive(Clone, Debug)]
-pub struct Forge {
+pub struct StreamBuilder {
     pub bytes: Vec<u8>,
     /// Sequence number of the next record.
     pub sequence: u64,
@@ -87,32 +87,32 @@ pub struct Forge {
     pub starts: Vec<usize>,
 }
 
-impl Default for Forge {
+impl Default for StreamBuilder {
     fn default() -> Self {
-        Forge::new()
+        StreamBuilder::new()
     }
 }
 
-impl Forge {
+impl StreamBuilder {
     /// A valid preamble.
-    pub fn new() -> Forge {
-        Forge::with_preamble(1, 0)
+    pub fn new() -> StreamBuilder {
+        StreamBuilder::with_preamble(1, 0)
     }
 
     /// A preamble of some version and profile, with its CRC.
-    pub fn with_preamble(version: u16, profile: u16) -> Forge {
-        Forge::with_magic(*b"\x89DPL\r\n\x1a\n", version, profile)
+    pub fn with_preamble(version: u16, profile: u16) -> StreamBuilder {
+        StreamBuilder::with_magic(*b"\x89DPL\r\n\x1a\n", version, profile)
     }
 
     /// A preamble of some magic, version and profile, with its CRC.
-    pub fn with_magic(magic: [u8; 8], version: u16, profile: u16) -> Forge {
+    pub fn with_magic(magic: [u8; 8], version: u16, profile: u16) -> StreamBuilder {
         let mut bytes = magic.to_vec();
         bytes.extend(version.to_le_bytes());
         bytes.extend(profile.to_le_bytes());
         bytes.extend(crc32c(&bytes).to_le_bytes());
         let mut headers = XxHash64::with_seed(0);
         headers.write(&bytes);
-        Forge {
+        StreamBuilder {
             bytes,
             sequence: 0,
             headers,
@@ -121,19 +121,24 @@ impl Forge {
     }
 
     /// A preamble and the usual `stream` record: 60 ticks a second.
-    pub fn started() -> Forge {
-        let mut forge = Forge::new();
-        forge.put(kind::STREAM, &words(&[60, 1]));
-        forge
+    pub fn started() -> StreamBuilder {
+        let mut builder = StreamBuilder::new();
+        builder.put(kind::STREAM, &words(&[60, 1]));
+        builder
     }
 
     /// Appends a critical record, as it is.
-    pub fn put(&mut self, record_type: u16, payload: &[u8]) -> &mut Forge {
+    pub fn put(&mut self, record_type: u16, payload: &[u8]) -> &mut StreamBuilder {
         self.put_with(record_type, Pack::None, payload, |_| {})
     }
 
     /// Appends a critical record, packed.
-    pub fn put_packed(&mut self, record_type: u16, pack: Pack, payload: &[u8]) -> &mut Forge {
+    pub fn put_packed(
+        &mut self,
+        record_type: u16,
+        pack: Pack,
+        payload: &[u8],
+    ) -> &mut StreamBuilder {
         self.put_with(record_type, pack, payload, |_| {})
     }
 
@@ -144,7 +149,7 @@ impl Forge {
         pack: Pack,
         payload: &[u8],
         change: impl FnOnce(&mut Header),
-    ) -> &mut Forge {
+    ) -> &mut StreamBuilder {
         let stored = packed(pack, payload);
         self.put_stored(record_type, pack, payload.len(), &stored, change)
     }
@@ -157,7 +162,7 @@ impl Forge {
         unpacked: usize,
         stored: &[u8],
         change: impl FnOnce(&mut Header),
-    ) -> &mut Forge {
+    ) -> &mut StreamBuilder {
         let mut header = Header {
             record_type,
             critical: true,
@@ -190,7 +195,7 @@ impl Forge {
     }
 
     /// Appends the `end` record that fits.
-    pub fn end(&mut self) -> &mut Forge {
+    pub fn end(&mut self) -> &mut StreamBuilder {
         let payload = self.end_payload();
         self.put(kind::END, &payload)
     }
