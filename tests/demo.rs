@@ -545,7 +545,7 @@ fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
     for method in [
         "direct light alone",
         "DDGI",
-        "resistant, through bodies",
+        "visibility-weighted, through bodies",
         "raw, XOR, zstd 19",
     ] {
         assert!(shown.contains(method), "{shown} lacks {method}");
@@ -560,14 +560,14 @@ fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
         "ddgi.png",
         "reference.png",
         "absent_trilinear.png",
-        "denser_resistant.png",
+        "denser_visibility.png",
         "index.html",
     ] {
         assert!(folder.join("a").join(file).exists(), "{file}");
     }
     // Again in another folder: all but times is the same.
     succeeds(folder, &format!("{chart} b"));
-    for file in ["parts.csv", "rates.csv", "denser_resistant.png"] {
+    for file in ["parts.csv", "rates.csv", "denser_visibility.png"] {
         let read = |run: &str| std::fs::read(folder.join(run).join(file)).expect("written");
         assert_eq!(read("a"), read("b"), "{file}");
     }

@@ -6,7 +6,7 @@ use dapple::codec::{Compression, Decoder, Event, Limits, TickRate};
 use dapple::points::rng::Rng;
 use dapple::probes::content::Request;
 use dapple::probes::lattice::Lattice;
-use dapple::probes::sample::{Field, resistant, trilinear};
+use dapple::probes::sample::{Field, trilinear, visibility_weighted};
 use dapple::probes::server::{Arrived, Draw, Hysteresis, Nearest, Options, Server};
 use dapple::probes::sh::{self, L2};
 use dapple::probes::volume::Volume;
@@ -170,7 +170,7 @@ struct Measured {
     present: usize,
     /// Relative rms errors of irradiance.
     trilinear: f64,
-    resistant: f64,
+    visibility_weighted: f64,
     leaks: usize,
 }
 
@@ -205,23 +205,26 @@ fn measure(scene: &Scene, dims: [u16; 3], frames: usize, points: usize) -> Measu
         let exact = world.irradiance(&at, 512, &mut rng);
         let x = volume.to_grid(at.position);
         truth += f64::from(exact.length_squared());
-        let lights = [trilinear(&field, x), resistant(&field, x, at.normal, v)];
+        let lights = [
+            trilinear(&field, x),
+            visibility_weighted(&field, x, at.normal, v),
+        ];
         for (error, light) in errors.iter_mut().zip(lights) {
             let got = sh::irradiance(&light, at.normal).max(Vec3::ZERO);
             *error += f64::from((got - exact).length_squared());
             leaks += usize::from(got.max_element() > 4.0 * exact.max_element());
         }
     }
-    let [trilinear, resistant] = errors.map(|e| (e / truth).sqrt());
+    let [trilinear, visibility_weighted] = errors.map(|e| (e / truth).sqrt());
     let present = tick.present;
     let measured = Measured {
         present,
         trilinear,
-        resistant,
+        visibility_weighted,
         leaks,
     };
     println!(
-        "{present} of {count} probes; irradiance off by {trilinear:.3} trilinear, {resistant:.3} resistant"
+        "{present} of {count} probes; irradiance off by {trilinear:.3} trilinear, {visibility_weighted:.3} visibility-weighted"
     );
     measured
 }
@@ -231,8 +234,12 @@ fn light_between_probes_is_near_the_light_at_the_surface() {
     let hall = Scene::hall();
     let measured = measure(&hall, [12, 5, 12], 8, 300);
     assert!(measured.present > 500);
-    assert!(measured.resistant < 0.25, "{}", measured.resistant);
-    assert!(measured.resistant <= measured.trilinear);
+    assert!(
+        measured.visibility_weighted < 0.25,
+        "{}",
+        measured.visibility_weighted
+    );
+    assert!(measured.visibility_weighted <= measured.trilinear);
     assert!(measured.leaks < 60, "{}", measured.leaks);
 }
 

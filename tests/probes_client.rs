@@ -221,7 +221,7 @@ fn draw(
     println!("{}: direct PSNR {sharp:.1}", case.name);
     save("reference_direct", &traced);
     psnrs[2] = psnr(&none.indirect(), &expected, case.exposure);
-    for (i, interpolation) in [Interpolation::Resistant, Interpolation::Trilinear]
+    for (i, interpolation) in [Interpolation::VisibilityWeighted, Interpolation::Trilinear]
         .into_iter()
         .enumerate()
     {
@@ -245,7 +245,7 @@ fn draw(
     save("reference", &all.collect::<Vec<_>>());
     save("reference_indirect", &expected);
     println!(
-        "{}: indirect PSNR resistant, trilinear, none {psnrs:.1?}",
+        "{}: indirect PSNR visibility-weighted, trilinear, none {psnrs:.1?}",
         case.name
     );
     psnrs
@@ -263,8 +263,8 @@ fn probes_explain_most_of_indirect_light() {
     };
     let scene = scene_of("hall").unwrap();
     let pose = scene.pose(0.0);
-    let [resistant, trilinear, none] = draw(&case, &scene, &pose, (80, 45), 64, None);
-    assert!(resistant > none + 6.0 && trilinear > none + 6.0);
+    let [visibility_weighted, trilinear, none] = draw(&case, &scene, &pose, (80, 45), 64, None);
+    assert!(visibility_weighted > none + 6.0 && trilinear > none + 6.0);
 }
 
 /// Writes pictures of several scenes to the folder DAPPLE_PICTURES.

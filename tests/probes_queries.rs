@@ -60,7 +60,7 @@ fn arriving(field: &Field, surface: &Surface) -> Arriving {
     let [x, n, v] = [surface.position, surface.normal, surface.view].map(Vec3::from);
     let light = match surface.interpolation {
         Interpolation::Trilinear => sample::trilinear(field, x),
-        Interpolation::Resistant => sample::resistant(field, x, n, v),
+        Interpolation::VisibilityWeighted => sample::visibility_weighted(field, x, n, v),
     };
     sample::arriving(&light, n, v, surface.roughness)
 }
@@ -107,7 +107,7 @@ struct Question {
     position: [f32; 3],
     roughness: f32,
     normal: [f32; 3],
-    resistant: u32,
+    visibility_weighted: u32,
     view: [f32; 3],
     pad: u32,
 }
@@ -119,7 +119,9 @@ impl Question {
             position: surface.position,
             roughness: surface.roughness,
             normal: surface.normal,
-            resistant: u32::from(surface.interpolation == Interpolation::Resistant),
+            visibility_weighted: u32::from(
+                surface.interpolation == Interpolation::VisibilityWeighted,
+            ),
             view: surface.view,
             pad: 0,
         }

@@ -24,10 +24,10 @@ fn a_sealed_room_stays_dark_and_presence_alone_does_not_do_it() {
     let found = run("sealed-room");
     assert!(value(&found, "0.2", "presence alone, worst") > 0.1);
     assert!(value(&found, "0.2", "trilinear, worst") > 0.1);
-    assert!(value(&found, "0.2", "resistant, worst") <= 0.01);
-    assert!(value(&found, "0.2", "resistant along walls, worst") <= 0.01);
+    assert!(value(&found, "0.2", "visibility-weighted, worst") <= 0.01);
+    assert!(value(&found, "0.2", "visibility-weighted along walls, worst") <= 0.01);
     // Not by making all dark.
-    let bright = value(&found, "0.2", "bright room, resistant");
+    let bright = value(&found, "0.2", "bright room, visibility-weighted");
     assert!((0.8..1.25).contains(&bright), "{bright}");
 }
 
@@ -39,9 +39,9 @@ fn a_sealed_house_stays_dark_at_every_frame() {
         // Probes that lie in the faces of walls have no light of the other side at all.
         let trilinear = value(&found, at, "trilinear, worst");
         assert!(trilinear > 0.2 || at == "sky, 0", "{trilinear}");
-        assert!(value(&found, at, "resistant, worst") <= 0.01);
-        assert!(value(&found, at, "resistant along walls, worst") <= 0.01);
-        let bright = value(&found, at, "bright side, resistant");
+        assert!(value(&found, at, "visibility-weighted, worst") <= 0.01);
+        assert!(value(&found, at, "visibility-weighted along walls, worst") <= 0.01);
+        let bright = value(&found, at, "bright side, visibility-weighted");
         assert!((0.7..1.3).contains(&bright), "{bright}");
     }
 }
@@ -111,7 +111,7 @@ fn a_sun_of_any_brightness_comes_through() {
 #[test]
 fn outside_of_the_volume_light_is_finite_steady_and_wrong() {
     let found = run("outside");
-    for way in ["trilinear", "resistant"] {
+    for way in ["trilinear", "visibility-weighted"] {
         let error = |at| value(&found, at, &format!("error, {way}"));
         assert!(error("-1") < 0.2 && error("-1") < error("1") && error("1") < error("4"));
         assert!(value(&found, "border", &format!("step, {way}")) < 0.01);
@@ -194,8 +194,8 @@ fn light_without_a_visibility_block_is_told() {
             "render {stream}.dapple --scene hall {how} --size 16x9 -o a.png"
         ))
     };
-    let told = render("without", "resistant");
+    let told = render("without", "visibility-weighted");
     assert!(told.contains("no visibility block"), "{told}");
     assert!(!render("without", "trilinear").contains("warning"));
-    assert!(!render("with", "resistant").contains("warning"));
+    assert!(!render("with", "visibility-weighted").contains("warning"));
 }

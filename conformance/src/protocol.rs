@@ -108,23 +108,24 @@ pub struct Surface {
 
 /// How the probes about a place are weighed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
-    /// By their distances along the axes alone.
+    /// By distance along the axes alone.
     Trilinear,
-    /// By what they can tell of the place as well.
-    Resistant,
+    /// By what each probe can see of the place as well (Chebyshev).
+    VisibilityWeighted,
 }
 
 impl Interpolation {
     /// All.
-    pub const ALL: [Interpolation; 2] = [Interpolation::Trilinear, Interpolation::Resistant];
+    pub const ALL: [Interpolation; 2] =
+        [Interpolation::Trilinear, Interpolation::VisibilityWeighted];
 
     /// Its name in the specification.
     pub fn name(self) -> &'static str {
         match self {
             Interpolation::Trilinear => "trilinear",
-            Interpolation::Resistant => "resistant",
+            Interpolation::VisibilityWeighted => "visibility-weighted",
         }
     }
 }

@@ -45,26 +45,26 @@ fn question(x: [f64; 3], interpolation: Interpolation) -> ProbesQuery {
 
 #[test]
 fn questions_that_rounding_decides_are_refused() {
-    use Interpolation::{Resistant, Trilinear};
+    use Interpolation::{Trilinear, VisibilityWeighted};
     let volume = Volume::raw([2, 1, 1]);
     let (one, four) = (grey(0x3c00), grey(0x4400));
     let at_absent = held(&volume, vec![Probe::ABSENT, four], None);
-    let there = question([0.0; 3], Resistant);
+    let there = question([0.0; 3], VisibilityWeighted);
     assert!(
         asked(&at_absent, there.clone()).is_ok(),
         "its fill is alike"
     );
     let wide = Volume::raw([3, 1, 1]);
     let between = held(&wide, vec![one, Probe::ABSENT, four], None);
-    let middle = question([0.5, 0.0, 0.0], Resistant);
+    let middle = question([0.5, 0.0, 0.0], VisibilityWeighted);
     assert!(asked(&between, middle).is_err(), "at an absent probe");
     assert!(asked(&between, question([0.5, 0.0, 0.0], Trilinear)).is_ok());
-    assert!(asked(&between, question([0.45, 0.0, 0.0], Resistant)).is_ok());
+    assert!(asked(&between, question([0.45, 0.0, 0.0], VisibilityWeighted)).is_ok());
     let seeing = Volume {
         range: 0.1,
         ..volume.clone().seeing(4)
     };
-    let within = question([0.25, 0.0, 0.0], Resistant);
+    let within = question([0.25, 0.0, 0.0], VisibilityWeighted);
     let probes = vec![one, four];
     let nearly = |texel| asked(&held(&seeing, probes.clone(), Some(texel)), within.clone());
     assert!(nearly([255, 0]).is_ok() && nearly([100, 0]).is_ok());
@@ -74,7 +74,7 @@ fn questions_that_rounding_decides_are_refused() {
     bytes.iter_mut().step_by(4).for_each(|byte| *byte = 254);
     let refused = (0..200).any(|i| {
         let x = [0.25, 0.01 * f64::from(i) - 1.0, 0.3];
-        asked(&mixed, question(x, Resistant)).is_err_and(|e| e.contains("mean distance"))
+        asked(&mixed, question(x, VisibilityWeighted)).is_err_and(|e| e.contains("mean distance"))
     });
     assert!(refused, "a mean between two codes");
     let lost = ProbesQuery {

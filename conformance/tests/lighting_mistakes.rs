@@ -308,8 +308,8 @@ impl Sampler<'_> {
             let turned = |v: V| rows.map(|[a, b, c, _]| dot([a, b, c], v));
             (x, n, v) = (sum(turned(x), rows.map(|row| row[3])), turned(n), turned(v));
         }
-        let resistant = match query.interpolation {
-            Interpolation::Resistant => !self.wrong(AlwaysTrilinear),
+        let visibility_weighted = match query.interpolation {
+            Interpolation::VisibilityWeighted => !self.wrong(AlwaysTrilinear),
             Interpolation::Trilinear => self.wrong(AlwaysResistant),
         };
         let mut spacing = volume.spacing.map(f64::from);
@@ -362,7 +362,7 @@ impl Sampler<'_> {
                 false => place[0] + dims[0] * (place[1] + dims[1] * place[2]),
             } as usize;
             let probe = [0, 1, 2].map(|axis| place[axis] as f64 * spacing[axis]);
-            if resistant {
+            if visibility_weighted {
                 let from = match self.wrong(CosineClamped) {
                     true => [0, 1, 2].map(|axis| inside[axis] * spacing[axis]),
                     false => x,
@@ -394,7 +394,7 @@ impl Sampler<'_> {
                 *sum_ = sum(*sum_, scaled(own, if dark { 0.0 } else { weight }));
             }
         }
-        if resistant && !self.wrong(NotDivided) {
+        if visibility_weighted && !self.wrong(NotDivided) {
             light = light.map(|c| scaled(c, if total > 0.0 { 1.0 / total } else { 0.0 }));
         }
         let r = f64::from(query.roughness) / 65536.0;

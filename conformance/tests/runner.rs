@@ -521,14 +521,14 @@ fn a_query_is_seven_numbers_in_range() {
 fn a_query_of_light_is_eleven_numbers_and_a_word() {
     let mut own = Own {
         light: Some(|_, _, s| {
-            let resistant = s.interpolation == Interpolation::Resistant;
+            let visibility_weighted = s.interpolation == Interpolation::VisibilityWeighted;
             let roughness = s.roughness;
             [
                 s.position,
                 [
                     s.normal[1],
                     s.view[0],
-                    if resistant { roughness } else { -1.0 },
+                    if visibility_weighted { roughness } else { -1.0 },
                 ],
             ]
         }),
@@ -547,7 +547,7 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
         input.extend(line.bytes());
         own.ask(&arguments, &input)
     };
-    let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 16384 resistant\n").expect("a line");
+    let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 16384 visibility-weighted\n").expect("a line");
     assert_eq!(answer.output, b"1 -0.5 0 -1 1 0.25\n");
     let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 65536 trilinear\n").expect("a line");
     assert_eq!(answer.output, b"1 -0.5 0 -1 1 -1\n");
@@ -555,12 +555,12 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
         "3 0 0 0 0 1 0\n",
         "3 0 0 0 0 1 0 0 1 0 0\n",
         "3 0 0 0 0 1 0 0 1 0 0 other\n",
-        "3 0 0 0 0 1 0 0 1 0 resistant\n",
-        "3 0 0 0 0 1 0 0 1 0 65537 resistant\n",
-        "3 0 0 0 0 1 0 0 1 0 -1 resistant\n",
-        "3 0 0 0 0 0 0 0 1 0 0 resistant\n",
-        "3 0 0 0 0 1 0 0 0 0 0 resistant\n",
-        "2 0 0 0 0 1 0 0 1 0 0 resistant\n",
+        "3 0 0 0 0 1 0 0 1 0 visibility-weighted\n",
+        "3 0 0 0 0 1 0 0 1 0 65537 visibility-weighted\n",
+        "3 0 0 0 0 1 0 0 1 0 -1 visibility-weighted\n",
+        "3 0 0 0 0 0 0 0 1 0 0 visibility-weighted\n",
+        "3 0 0 0 0 1 0 0 0 0 0 visibility-weighted\n",
+        "2 0 0 0 0 1 0 0 1 0 0 visibility-weighted\n",
     ] {
         assert!(ask(line).is_err_and(|e| e.contains("no query")), "{line}");
     }
@@ -570,7 +570,7 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
         ..Own::default()
     };
     let mut input = query_input(&stream, &[]);
-    input.extend(b"3 0 0 0 0 1 0 0 1 0 0 resistant\n");
+    input.extend(b"3 0 0 0 0 1 0 0 1 0 0 visibility-weighted\n");
     let answer = own.ask(&arguments, &input).expect("an answer");
     assert_eq!(answer.status, Status::NotImplemented);
 }

@@ -162,7 +162,7 @@ fn what_no_vector_says_does_not_fit() {
     let light = json!([[0, 1], [0, 1], [0, 1]]);
     let probes = json!([{
         "track": 1, "position": [0, 0, 0], "normal": [0, 0, 1], "view": [0, 0, 1],
-        "roughness": 65536, "interpolation": "resistant", "irradiance": light, "radiance": light,
+        "roughness": 65536, "interpolation": "visibility-weighted", "irradiance": light, "radiance": light,
     }]);
     let mut asking = good.clone();
     asking["queries"] = probes.clone();

@@ -197,7 +197,9 @@ fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2
     let [x, n, v] = [surface.position, surface.normal, surface.view].map(Vec3::from);
     let radiance = match surface.interpolation {
         Interpolation::Trilinear => probes::sample::trilinear(&volume.field(), x),
-        Interpolation::Resistant => probes::sample::resistant(&volume.field(), x, n, v),
+        Interpolation::VisibilityWeighted => {
+            probes::sample::visibility_weighted(&volume.field(), x, n, v)
+        }
     };
     let light = probes::sample::arriving(&radiance, n, v, surface.roughness);
     [light.irradiance.to_array(), light.filtered.to_array()]

@@ -43,7 +43,7 @@ pub struct Args {
     #[arg(long)]
     method: Option<Method>,
     /// How probes are interpolated.
-    #[arg(long, default_value = "resistant")]
+    #[arg(long, default_value = "visibility-weighted")]
     interpolation: probes::Between,
     /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
     #[arg(long, value_name = "RATE")]

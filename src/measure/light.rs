@@ -12,7 +12,7 @@ use crate::probes::content::{Content, Packing};
 use crate::probes::dering::{Keep, dering};
 use crate::probes::ggx;
 use crate::probes::sample::{
-    Arriving, DIELECTRIC, Field, Indirect, arriving, reflected, resistant, trilinear,
+    Arriving, DIELECTRIC, Field, Indirect, arriving, reflected, trilinear, visibility_weighted,
 };
 use crate::probes::server::{self, Server, fit};
 use crate::probes::sh::{self, L2};
@@ -149,7 +149,9 @@ pub fn from_probes(
     let x = volume.to_grid(surface.position);
     let radiance = match interpolation {
         Interpolation::Trilinear => trilinear(field, x),
-        Interpolation::Resistant => resistant(field, x, surface.geometric_normal, v),
+        Interpolation::VisibilityWeighted => {
+            visibility_weighted(field, x, surface.geometric_normal, v)
+        }
     };
     shaded(
         surface,

@@ -3,7 +3,7 @@
 //! (`spec/probes.md` §12), whose query vectors hold it, and its twin on a device.
 //!
 //! Everything is in grid space ([`super::lattice`]). Two interpolations: [`trilinear`], which a
-//! texture unit does, and [`resistant`], which keeps light from coming through walls. Both are
+//! texture unit does, and [`visibility-weighted`], which keeps light from coming through walls. Both are
 //! means of the probes' expansions, so that what is non-negative at every probe is so in between.
 
 use super::ggx;
@@ -65,7 +65,7 @@ pub fn trilinear(field: &Field, x: Vec3) -> L2 {
 ///
 /// The weights are normalised, and never all vanish: where no probe sees the point it gets their
 /// mean without visibility, where all are absent their fill.
-pub fn resistant(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> L2 {
+pub fn visibility_weighted(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> L2 {
     let lattice = &field.lattice;
     let seen_at = x + (n * NORMAL_BIAS + v * VIEW_BIAS) * lattice.spacing.min_element();
     let mut sum = [Vec3::ZERO; sh::L2_COUNT];

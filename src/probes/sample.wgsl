@@ -88,7 +88,7 @@ fn index_of(at: vec3u) -> u32 {
     return at.x + volume.dims.x * (at.y + volume.dims.y * at.z);
 }
 
-fn resistant(x: vec3f, n: vec3f, v: vec3f) -> L2 {
+fn visibility_weighted(x: vec3f, n: vec3f, v: vec3f) -> L2 {
     let spacing = volume.spacing;
     let least = min(spacing.x, min(spacing.y, spacing.z));
     let seen_at = x + (n * NORMAL_BIAS + v * VIEW_BIAS) * least;

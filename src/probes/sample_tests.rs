@@ -66,7 +66,7 @@ fn uniform_light_comes_through_anything() {
             }),
         };
         for (x, n, v) in places() {
-            assert!(close(&resistant(&field, x, n, v), &light, 1e-4));
+            assert!(close(&visibility_weighted(&field, x, n, v), &light, 1e-4));
         }
     }
 }
@@ -107,7 +107,7 @@ fn a_sealed_dark_room_stays_dark() {
     for i in 0..200 {
         let x = Vec3::new(0.51 + 0.4 * (i % 10) as f32 / 10.0, 0.3, i as f32 / 200.0);
         for n in [Vec3::X, Vec3::Y, Vec3::NEG_Y, Vec3::Z] {
-            let c = resistant(&field, x, n, Vec3::X);
+            let c = visibility_weighted(&field, x, n, Vec3::X);
             worst = worst.max(c[0].x * sh::Y0 / bright);
         }
     }
@@ -115,7 +115,7 @@ fn a_sealed_dark_room_stays_dark() {
     assert!(worst < 0.0015, "{worst}");
     // Without the visibility block it is not dark at all: validity alone does not pass.
     field.visibility = None;
-    let leak = resistant(&field, Vec3::new(0.51, 0.3, 0.5), Vec3::Y, Vec3::X);
+    let leak = visibility_weighted(&field, Vec3::new(0.51, 0.3, 0.5), Vec3::Y, Vec3::X);
     assert!(leak[0].x * sh::Y0 > 0.2 * bright);
 }
 
@@ -134,12 +134,12 @@ fn absent_probes_are_left_out_and_filled_where_there_is_no_other() {
     for (x, n, v) in places() {
         // Next to an absent probe a present one is never far.
         if (x.x - 1.0).abs() > 0.01 {
-            let c = resistant(&field(&present), x, n, v);
+            let c = visibility_weighted(&field(&present), x, n, v);
             assert!((c[0].x * sh::Y0 - 2.0).abs() < 1e-3);
         }
     }
     let at = GRID.position(1);
-    let c = resistant(&field(&[]), at, Vec3::Y, Vec3::Y);
+    let c = visibility_weighted(&field(&[]), at, Vec3::Y, Vec3::Y);
     assert!((c[0].x * sh::Y0 - 50.0).abs() < 1e-3, "the fill");
 }
 
@@ -166,7 +166,7 @@ fn the_result_is_continuous() {
     let mut last: Option<f32> = None;
     for i in 0..=steps {
         let x = from.lerp(to, i as f32 / steps as f32);
-        let c = resistant(&field, x, Vec3::Y, Vec3::Z)[0].x * sh::Y0;
+        let c = visibility_weighted(&field, x, Vec3::Y, Vec3::Z)[0].x * sh::Y0;
         if let Some(last) = last {
             assert!((c - last).abs() < 0.02, "{x}: {last} {c}");
         }

@@ -28,9 +28,9 @@ pub use crate::probes::sample::Indirect;
 pub enum Interpolation {
     /// [`sample::trilinear`]: what a texture unit does.
     Trilinear = 0, // SHARED with `light.wgsl`
-    /// [`sample::resistant`]: light does not come through walls.
+    /// [`sample::visibility-weighted`]: light does not come through walls.
     #[default]
-    Resistant = 1, // SHARED
+    VisibilityWeighted = 1, // SHARED
 }
 
 /// Where indirect light comes from.
@@ -225,7 +225,7 @@ pub(super) fn indirect(
     let (n, v) = (grid.transform_vector3(n), grid.transform_vector3(v));
     let radiance = match interpolation {
         Interpolation::Trilinear => sample::trilinear(field, x),
-        Interpolation::Resistant => sample::resistant(field, x, n, v),
+        Interpolation::VisibilityWeighted => sample::visibility_weighted(field, x, n, v),
     };
     let material = Material {
         base_color: pixel.base_color.into(),

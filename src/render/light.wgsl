@@ -177,7 +177,7 @@ fn indirect(@builtin(global_invocation_id) id: vec3u) {
     let grid_v = volume.grid_from_world * vec4f(v, 0.0);
     var radiance: L2;
     if pass_.interpolation == RESISTANT {
-        radiance = resistant(x, grid_n, grid_v);
+        radiance = visibility_weighted(x, grid_n, grid_v);
     } else {
         radiance = trilinear(x);
     }

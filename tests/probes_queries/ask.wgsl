@@ -4,7 +4,7 @@ struct Question {
     position: vec3f,
     roughness: f32,
     normal: vec3f,
-    resistant: u32,
+    visibility_weighted: u32,
     view: vec3f,
 }
 
@@ -18,8 +18,8 @@ fn ask(@builtin(global_invocation_id) id: vec3u) {
     }
     let q = questions[id.x];
     var radiance: L2;
-    if q.resistant == 1u {
-        radiance = resistant(q.position, q.normal, q.view);
+    if q.visibility_weighted == 1u {
+        radiance = visibility_weighted(q.position, q.normal, q.view);
     } else {
         radiance = trilinear(q.position);
     }

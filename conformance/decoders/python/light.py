@@ -6,7 +6,7 @@ from probes import Content, all_values, units_from_f16
 from sampling import Vector, as_float, dot, normalised
 from tracks import Volume
 
-INTERPOLATIONS = TRILINEAR, RESISTANT = "trilinear", "resistant"
+INTERPOLATIONS = TRILINEAR, RESISTANT = "trilinear", "visibility-weighted"
 
 WRAP = 0.2
 NORMAL_BIAS = 0.045

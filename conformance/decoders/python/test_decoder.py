@@ -712,14 +712,14 @@ def test_interpolation() -> None:
     # Of two probes, one before a surface and one behind it: weights of 1.2 and 0.2.
     two = lit((2, 1, 1), {0: grey(0x3C00), 1: grey(0)})
     scale = math.sqrt(math.pi) / 2
-    assert abs(two.ask(x, along, up, 0.5, "resistant")[0][0] - scale * 0.2 / 1.4) < 1e-9
+    assert abs(two.ask(x, along, up, 0.5, "visibility-weighted")[0][0] - scale * 0.2 / 1.4) < 1e-9
     assert abs(two.ask(x, along, up, 0.5, "trilinear")[0][0] - scale * 0.5) < 1e-9
     # An absent probe counts by its fill to one, and to the other as good as not.
     fill = lit((3, 1, 1), {0: grey(0x3C00), 2: grey(0)})
     assert abs(fill.ask(x, along, up, 0.5, "trilinear")[0][0] - scale * 0.75) < 1e-9
-    assert abs(fill.ask(x, along, up, 0.5, "resistant")[0][0] - scale) < 1e-9
+    assert abs(fill.ask(x, along, up, 0.5, "visibility-weighted")[0][0] - scale) < 1e-9
     # And no light is there where no probe is.
-    assert lit((2, 1, 1), {}).ask(x, along, up, 0.5, "resistant") == ([0] * 3, [0] * 3)
+    assert lit((2, 1, 1), {}).ask(x, along, up, 0.5, "visibility-weighted") == ([0] * 3, [0] * 3)
 
 
 def test_maps() -> None:

@@ -156,7 +156,7 @@ impl Field {
         for (probe, position, t) in self.corners(x) {
             let weight = match surface.interpolation {
                 Interpolation::Trilinear => t,
-                Interpolation::Resistant => {
+                Interpolation::VisibilityWeighted => {
                     let to = plus(position, x, -1.0);
                     let distance = dot(to, to).sqrt();
                     let cosine = match distance > 0.0 {

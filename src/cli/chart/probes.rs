@@ -258,10 +258,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let place = *content.server().volume();
         let sent = through_a_stream(&mut content, variant.request.packing)?;
         let field = sent.volume.field();
-        for interpolation in [Interpolation::Trilinear, Interpolation::Resistant] {
+        for interpolation in [Interpolation::Trilinear, Interpolation::VisibilityWeighted] {
             let how = match interpolation {
                 Interpolation::Trilinear => "trilinear",
-                Interpolation::Resistant => "resistant",
+                Interpolation::VisibilityWeighted => "visibility-weighted",
             };
             let look = |surface: &_| from_probes(&field, &place, interpolation, surface);
             let clock = Instant::now();
@@ -270,7 +270,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let method = format!("probes, {how}, {}", variant.name);
             let visibility = match interpolation {
                 Interpolation::Trilinear => 0,
-                Interpolation::Resistant => sent.bytes_visibility,
+                Interpolation::VisibilityWeighted => sent.bytes_visibility,
             };
             rows.push(Row {
                 update_ms: Some(content.report().probe_update_ms),
@@ -396,7 +396,7 @@ fn images(rows: &[Row], variants: &[Variant]) -> Vec<Image> {
         image("DDGI", "ddgi"),
     ];
     for variant in variants {
-        for how in ["trilinear", "resistant"] {
+        for how in ["trilinear", "visibility-weighted"] {
             let method = format!("probes, {how}, {}", variant.name);
             images.push(image(&method, &format!("{}_{how}", variant.file)));
         }

@@ -31,7 +31,7 @@ pub enum Between {
     /// As a texture unit does.
     Trilinear,
     /// With the visibility block, against light through walls.
-    Resistant,
+    VisibilityWeighted,
 }
 
 /// The picture that the arguments ask for, of a client with a volume of probes.
@@ -52,7 +52,7 @@ pub fn picture(
     let volumes: Vec<ProbesVolume> = live
         .filter_map(|live| ProbesVolume::new(decoder, live))
         .collect();
-    if method == Method::Probes && args.interpolation == Between::Resistant {
+    if method == Method::Probes && args.interpolation == Between::VisibilityWeighted {
         warn_of_leaks(&volumes);
     }
     let views: Vec<ProbeVolume> = volumes.iter().map(ProbeVolume::of).collect();
@@ -69,7 +69,7 @@ pub fn picture(
             volumes: &views,
             interpolation: match args.interpolation {
                 Between::Trilinear => Interpolation::Trilinear,
-                Between::Resistant => Interpolation::Resistant,
+                Between::VisibilityWeighted => Interpolation::VisibilityWeighted,
             },
         },
     };

@@ -6,7 +6,7 @@ use crate::measure::light::{settled_ddgi, through_a_stream};
 use crate::probes::client::ProbesVolume;
 use crate::probes::content::{Content, Packing, Request};
 use crate::probes::dering::{Keep, dering};
-use crate::probes::sample::{Field, resistant, trilinear};
+use crate::probes::sample::{Field, trilinear, visibility_weighted};
 use crate::probes::server::{Hysteresis, Options, Server};
 use crate::probes::sh::{self, L2};
 use crate::probes::volume::Volume;
@@ -117,7 +117,7 @@ pub fn light(server: &Server) -> Vec<L2> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LookUp {
     Trilinear,
-    Resistant,
+    VisibilityWeighted,
 }
 
 /// Irradiance at a place, seen from `view`. It may be negative.
@@ -125,7 +125,7 @@ pub fn irradiance(field: &Field, volume: &Volume, how: LookUp, place: &Place, vi
     let x = volume.to_grid(place.position);
     let radiance = match how {
         LookUp::Trilinear => trilinear(field, x),
-        LookUp::Resistant => resistant(field, x, place.normal, view),
+        LookUp::VisibilityWeighted => visibility_weighted(field, x, place.normal, view),
     };
     grey(sh::irradiance(&radiance, place.normal))
 }

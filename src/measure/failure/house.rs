@@ -136,7 +136,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
                 let view = |eye: &Vec3| (*eye - place.position).normalize();
                 let lights = eyes.iter().map(view);
                 lights
-                    .map(|v| look(field, LookUp::Resistant, place, v) as f32)
+                    .map(|v| look(field, LookUp::VisibilityWeighted, place, v) as f32)
                     .collect::<Vec<f32>>()
             };
             places.par_iter().flat_map_iter(at).collect::<Vec<f32>>()
@@ -150,8 +150,11 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
         let mut client = None;
         held::frames(&mut content, request.packing, FRAMES, INTERVAL, |volume| {
             let field = volume.field();
-            let found =
-                [straight(&field, LookUp::Resistant), along(&dark, &field)].map(|l| worst(&l));
+            let found = [
+                straight(&field, LookUp::VisibilityWeighted),
+                along(&dark, &field),
+            ]
+            .map(|l| worst(&l));
             for (all, one) in worsts.iter_mut().zip(found) {
                 // Also if it is not a number.
                 *all = if one <= *all { *all } else { one };
@@ -164,18 +167,23 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
         let plain = straight(&field, LookUp::Trilinear);
         finding.add(&at, "trilinear, worst", worst(&plain));
         let bound = Bound::AtMost(LEAK);
-        finding.bounded(&at, "resistant, worst", worsts[0], bound);
-        finding.bounded(&at, "resistant along walls, worst", worsts[1], bound);
+        finding.bounded(&at, "visibility-weighted, worst", worsts[0], bound);
+        finding.bounded(
+            &at,
+            "visibility-weighted along walls, worst",
+            worsts[1],
+            bound,
+        );
         finding.add(
             &at,
-            "resistant along walls, mean",
+            "visibility-weighted along walls, mean",
             mean(&along(&dark, &field)),
         );
         let light: Vec<f32> = bright
             .iter()
-            .map(|p| look(&field, LookUp::Resistant, p, p.normal) as f32)
+            .map(|p| look(&field, LookUp::VisibilityWeighted, p, p.normal) as f32)
             .collect();
-        finding.add(&at, "bright side, resistant", mean(&light));
+        finding.add(&at, "bright side, visibility-weighted", mean(&light));
         let pictured = (from, shift) == (Light::Sky, 0.25);
         if effort == Effort::Quick && !pictured {
             continue;
@@ -205,16 +213,16 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
             };
             let four = [
                 panel(&field, LookUp::Trilinear),
-                panel(&blind, LookUp::Resistant),
-                panel(&coarse.field(), LookUp::Resistant),
-                panel(&field, LookUp::Resistant),
+                panel(&blind, LookUp::VisibilityWeighted),
+                panel(&coarse.field(), LookUp::VisibilityWeighted),
+                panel(&field, LookUp::VisibilityWeighted),
             ];
             finding.pictures.push(Shot {
                 name: "",
                 caption:
                     "The dark room under a sky, the grid shifted by 0.25 m: irradiance as a share \
                           of that on the roof, black for 0.0001 and less, pale for 1. Trilinear, \
-                          presence alone; resistant with 8 texels, with 16."
+                          presence alone; visibility-weighted with 8 texels, with 16."
                         .into(),
                 picture: panels::joined(&four, 2)?,
             });

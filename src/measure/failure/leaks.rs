@@ -63,7 +63,7 @@ fn two_rooms(wall: f32) -> Scene {
 const WAYS: [[&str; 2]; 3] = [
     ["trilinear, worst", "trilinear, mean"],
     ["presence alone, worst", "presence alone, mean"],
-    ["resistant, worst", "resistant, mean"],
+    ["visibility-weighted, worst", "visibility-weighted, mean"],
 ];
 
 fn sealed_room(effort: Effort) -> Result<Finding> {
@@ -109,8 +109,8 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
 
         let of_way = |way: usize, place: &Place, view: Vec3| match way {
             0 => held::irradiance(&field, &volume, LookUp::Trilinear, place, view),
-            1 => held::irradiance(&blind, &volume, LookUp::Resistant, place, view),
-            2 => held::irradiance(&field, &volume, LookUp::Resistant, place, view),
+            1 => held::irradiance(&blind, &volume, LookUp::VisibilityWeighted, place, view),
+            2 => held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view),
             _ => grey(ddgi.irradiance(place.position, place.normal, view)),
         };
         let at = format!("{wall}");
@@ -131,7 +131,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         };
         let light: Vec<f32> = dark.iter().map(along).collect();
         let share = worst(&light) / whole;
-        let figure = "resistant along walls, worst";
+        let figure = "visibility-weighted along walls, worst";
         finding.bounded(&at, figure, share, Bound::AtMost(LEAK));
         let light: Vec<f32> = dark.iter().map(|p| of_way(3, p, p.normal)).collect();
         finding.add(&at, "DDGI, worst", worst(&light) / whole);
@@ -141,11 +141,20 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             coarser.server.visibility = 8;
             let mut content = held::settled(&scene, &coarser)?;
             let decoded = held::decoded(&mut content, coarser.packing)?;
-            let light = held::at_places(&decoded.field(), &volume, LookUp::Resistant, &dark);
-            finding.add(&at, "resistant, 8 texels, worst", worst(&light) / whole);
+            let light =
+                held::at_places(&decoded.field(), &volume, LookUp::VisibilityWeighted, &dark);
+            finding.add(
+                &at,
+                "visibility-weighted, 8 texels, worst",
+                worst(&light) / whole,
+            );
         }
         // Darkness everywhere would be no merit.
-        let ways = ["bright room, trilinear", "", "bright room, resistant"];
+        let ways = [
+            "bright room, trilinear",
+            "",
+            "bright room, visibility-weighted",
+        ];
         for way in [0, 2] {
             let light: Vec<f32> = bright.iter().map(|p| of_way(way, p, p.normal)).collect();
             finding.add(&at, ways[way], mean(&light) / whole);
@@ -165,7 +174,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
                 caption: format!(
                     "The dark room behind a wall of {wall} m: irradiance as a share of the bright \
                           room's, black for 0.0001 and less, pale for 1. Trilinear, presence alone; \
-                          resistant, DDGI."
+                          visibility-weighted, DDGI."
                 ),
                 picture: panels::joined(&[panel(0), panel(1), panel(2), panel(3)], 2)?,
             });
@@ -250,7 +259,7 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
         finding.add(&at, "trilinear, filled", relative_rms(&light, &right));
         for (name, presence, visibility) in KNOWN {
             let field = of(presence, visibility);
-            let light = held::at_places(&field, &volume, LookUp::Resistant, &wall);
+            let light = held::at_places(&field, &volume, LookUp::VisibilityWeighted, &wall);
             let error = relative_rms(&light, &right);
             if name == "both" {
                 finding.bounded(&at, name, error, Bound::AtMost(WALL_ERROR));
@@ -272,7 +281,7 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
             let scale = 2.0 * mean(&truth.iter().flatten().copied().collect::<Vec<_>>()) as f32;
             let panel = |presence: bool, visibility: bool| {
                 let field = of(presence, visibility);
-                let how = LookUp::Resistant;
+                let how = LookUp::VisibilityWeighted;
                 panels::values(&seen, |place, view| {
                     held::irradiance(&field, &volume, how, place, view)
                 })

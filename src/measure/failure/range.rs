@@ -139,7 +139,8 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
         let side = effort.of(5, 10);
         let dark = places::in_room(SEALED[0], SEALED[1], side);
         let bright = places::in_room(COURT[0], COURT[1], side);
-        let look = |places: &[Place]| held::at_places(&field, &volume, LookUp::Resistant, places);
+        let look =
+            |places: &[Place]| held::at_places(&field, &volume, LookUp::VisibilityWeighted, places);
         let whole = mean(&look(&bright));
         let leak = worst(&look(&dark)) / whole;
         finding.bounded(&at, "leak, worst", leak, Bound::AtMost(LEAK));
@@ -155,7 +156,7 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
                 ..field
             };
             let panel = |field: &Field| {
-                let how = LookUp::Resistant;
+                let how = LookUp::VisibilityWeighted;
                 let share = |place: &Place, view: Vec3| {
                     0.5 * held::irradiance(field, &volume, how, place, view) / whole as f32
                 };
@@ -225,14 +226,14 @@ fn outside(effort: Effort) -> Result<Finding> {
     let decoded = held::decoded(&mut content, request.packing)?;
     let volume = *content.server().volume();
     let field = decoded.field();
-    let ways = [LookUp::Trilinear, LookUp::Resistant];
+    let ways = [LookUp::Trilinear, LookUp::VisibilityWeighted];
     let look = |how, places: &[Place]| held::at_places(&field, &volume, how, places);
 
     let mut finding = Finding::default();
     for distance in effort.settings(&distances) {
         let places = around(BORDER + distance, effort.of(4, 10));
         let right = places::truth(&paths, &places, effort.of(128, 1024), reach);
-        let names = ["error, trilinear", "error, resistant"];
+        let names = ["error, trilinear", "error, visibility-weighted"];
         for (how, name) in ways.into_iter().zip(names) {
             let off: Vec<f32> = look(how, &places)
                 .iter()
@@ -243,7 +244,10 @@ fn outside(effort: Effort) -> Result<Finding> {
         }
     }
     let sides = [-1e-3, 1e-3].map(|off| around(BORDER + off, effort.of(10, 50)));
-    for (how, name) in ways.into_iter().zip(["step, trilinear", "step, resistant"]) {
+    for (how, name) in ways
+        .into_iter()
+        .zip(["step, trilinear", "step, visibility-weighted"])
+    {
         let [inside, beyond] = sides.each_ref().map(|places| look(how, places));
         let steps: Vec<f32> = inside
             .iter()
@@ -254,12 +258,12 @@ fn outside(effort: Effort) -> Result<Finding> {
     }
     // The same places seen from straight above and from far beyond the end of the volume.
     let places = around(BORDER - 0.5, effort.of(10, 50));
-    let above = look(LookUp::Resistant, &places);
+    let above = look(LookUp::VisibilityWeighted, &places);
     let aslant: Vec<f32> = places
         .iter()
         .map(|place| {
             let view = (place.normal * 0.17 + Vec3::X).normalize();
-            held::irradiance(&field, &volume, LookUp::Resistant, place, view)
+            held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
         })
         .collect();
     let changes: Vec<f32> = above
@@ -269,7 +273,7 @@ fn outside(effort: Effort) -> Result<Finding> {
         .collect();
     finding.add(
         "border",
-        "change with the camera, resistant",
+        "change with the camera, visibility-weighted",
         worst(&changes),
     );
     // Far away, and where there is no place at all.
@@ -291,7 +295,7 @@ fn outside(effort: Effort) -> Result<Finding> {
         .collect();
     for (how, name) in ways
         .into_iter()
-        .zip(["finite, trilinear", "finite, resistant"])
+        .zip(["finite, trilinear", "finite, visibility-weighted"])
     {
         let light = look(how, &places);
         let finite = light.iter().filter(|l| l.is_finite()).count() as f64;
@@ -308,7 +312,7 @@ fn outside(effort: Effort) -> Result<Finding> {
         .map(|p| p.as_ref().and_then(|_| right.next()))
         .collect();
     let found = panels::values(&seen, |place, view| {
-        held::irradiance(&field, &volume, LookUp::Resistant, place, view)
+        held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
     });
     let scale = truth.iter().flatten().sum::<f32>() / spots.len().max(1) as f32;
     let shown = |values: &[Option<f32>]| {

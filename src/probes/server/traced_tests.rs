@@ -2,7 +2,7 @@
 
 use super::tests::plain;
 use super::*;
-use crate::probes::sample::{Field, resistant, trilinear};
+use crate::probes::sample::{Field, trilinear, visibility_weighted};
 use crate::probes::sh::Y0;
 use crate::probes::volume::INSET;
 use crate::scene::{Instance, Material, Mesh, Pose, Scene};
@@ -299,7 +299,7 @@ fn no_light_comes_through_a_wall() {
         ] {
             let x = volume.to_grid(x);
             let v = (n + Vec3::NEG_X).normalize();
-            worst = worst.max(resistant(&field, x, n, v)[0].x * Y0);
+            worst = worst.max(visibility_weighted(&field, x, n, v)[0].x * Y0);
             plainly = plainly.max(trilinear(&field, x)[0].x * Y0);
         }
     }

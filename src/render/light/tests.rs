@@ -154,8 +154,8 @@ fn device_and_cpu_interpolate_alike() {
     let mut sums = Vec::new();
     for (interpolation, visible) in [
         (Interpolation::Trilinear, false),
-        (Interpolation::Resistant, false),
-        (Interpolation::Resistant, true),
+        (Interpolation::VisibilityWeighted, false),
+        (Interpolation::VisibilityWeighted, true),
     ] {
         let volumes = made.each_ref().map(|m| m.volume(visible));
         let source = Source::Probes {
@@ -197,7 +197,7 @@ fn device_and_cpu_interpolate_alike() {
             }
             let (low, high) = match interpolation {
                 Interpolation::Trilinear => within_a_subtexel(pixel, eye, &volumes, &fields),
-                Interpolation::Resistant => (*b, *b),
+                Interpolation::VisibilityWeighted => (*b, *b),
             };
             for (a, low, high) in [
                 (a.diffuse, low.diffuse, high.diffuse),
@@ -250,7 +250,7 @@ fn both_machines_light_the_same_picture() {
     let volumes = made.each_ref().map(|m| m.volume(true));
     let source = Source::Probes {
         volumes: &volumes,
-        interpolation: Interpolation::Resistant,
+        interpolation: Interpolation::VisibilityWeighted,
     };
     let sky = Sky {
         up: Vec3::new(0.1, 0.2, 0.4),

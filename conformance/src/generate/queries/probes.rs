@@ -15,7 +15,7 @@ use crate::protocol::Interpolation;
 use crate::stream_builder::Entry;
 use crate::stream_builder::probes::{GROUPS, Probe, Volume};
 use crate::vector::{ProbesQuery, Query};
-use Interpolation::{Resistant, Trilinear};
+use Interpolation::{Trilinear, VisibilityWeighted};
 
 /// Adds the vectors of this part.
 ///

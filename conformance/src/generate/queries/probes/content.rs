@@ -2,8 +2,8 @@
 //! and frames.
 
 use super::{
-    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Resistant, Trilinear, Volume,
-    all_lit, grey, lit, still,
+    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Trilinear, VisibilityWeighted,
+    Volume, all_lit, grey, lit, still,
 };
 
 /// Absent probes among others, and alone.
@@ -19,8 +19,13 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
             }
         }
         let mut asked = Asked::of(name, still(&volume, probes, None));
-        asked.draw(1, 12, 20, &[Resistant, Resistant, Trilinear])?;
-        let comment = "Absent probes count with what they are filled with, in the resistant \
+        asked.draw(
+            1,
+            12,
+            20,
+            &[VisibilityWeighted, VisibilityWeighted, Trilinear],
+        )?;
+        let comment = "Absent probes count with what they are filled with, in the visibility-weighted \
                        interpolation as good as not.";
         asked.finish(drafts, &["B-071", "B-073", "B-060"], comment);
     }
@@ -32,7 +37,7 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
     probes[13] = some[13];
     let mut asked = Asked::of("absent-eight", still(&volume, probes, None));
     let places = [[0.1, 0.2, 0.3], [0.4, 0.6, 0.9], [-0.3, 0.1, 0.5]];
-    asked.facing(&places, &[Trilinear, Resistant])?;
+    asked.facing(&places, &[Trilinear, VisibilityWeighted])?;
     let comment = "All eight corners are absent: the result is the mean of their fill.";
     asked.finish(drafts, &["B-073", "B-060"], comment);
     let dark = vec![Probe::ABSENT; volume.count()];
@@ -43,7 +48,7 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
             x: [0.7, 0.2, 0.3],
             ..FLOOR
         },
-        &[Trilinear, Resistant],
+        &[Trilinear, VisibilityWeighted],
     )?;
     let comment = "A volume without a present probe is dark.";
     asked.finish(drafts, &["B-073", "B-060"], comment);
@@ -62,8 +67,8 @@ pub(super) fn levels(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let mut draw = Draw(14);
         let probes = (0..volume.count()).map(|i| lit(&volume, &mut draw, levels[i % 3]));
         let mut asked = Asked::of(name, still(&volume, probes.collect(), None));
-        asked.facing(&[[0.3, 0.2, 0.6]], &[Trilinear, Resistant])?;
-        asked.draw(1, 15, 6, &[Trilinear, Resistant])?;
+        asked.facing(&[[0.3, 0.2, 0.6]], &[Trilinear, VisibilityWeighted])?;
+        asked.draw(1, 15, 6, &[Trilinear, VisibilityWeighted])?;
         let comment = "Packed probes of several levels.";
         asked.finish(drafts, &["B-071", "B-072", "B-077", "B-078"], comment);
     }
@@ -106,7 +111,7 @@ pub(super) fn exponents(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ..Volume::packed([2, 2, 2])
         };
         let mut asked = Asked::of(name, still(&volume, all_lit(&volume, 16), None));
-        asked.draw(1, 17, 6, &[Trilinear, Resistant])?;
+        asked.draw(1, 17, 6, &[Trilinear, VisibilityWeighted])?;
         let comment = format!("Coefficients are values times 2^{exponent}.");
         asked.finish(drafts, &["B-071", "B-072"], &comment);
     }
@@ -131,7 +136,7 @@ pub(super) fn ringing(drafts: &mut Vec<Draft>) -> Result<(), String> {
         for roughness in [0.0, 0.5, 1.0] {
             let x = [0.2, 0.3, 0.1];
             let at = At { x, n, v, roughness };
-            asked.ask(1, at, &[Trilinear, Resistant])?;
+            asked.ask(1, at, &[Trilinear, VisibilityWeighted])?;
         }
     }
     let comment = "Where an expansion rings below zero, each channel by itself is 0.";
@@ -157,7 +162,7 @@ pub(super) fn roughness(drafts: &mut Vec<Draft>) -> Result<(), String> {
             let x = [0.4, 0.1, 0.7];
             let n = [0, 1, 0];
             let at = At { x, n, v, roughness };
-            asked.ask(1, at, &[Resistant])?;
+            asked.ask(1, at, &[VisibilityWeighted])?;
         }
     }
     let comment = "Lobes of roughness 0 to 1, seen from above and at grazing angles.";
@@ -173,22 +178,22 @@ pub(super) fn states(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let frames = Frames::new(&entries).probes(true, &[content(1, 21), content(2, 22)]);
     let frames = frames.commit();
     let mut asked = Asked::of("two-tracks", frames.clone());
-    asked.draw(1, 23, 6, &[Trilinear, Resistant])?;
-    asked.draw(2, 24, 6, &[Trilinear, Resistant])?;
+    asked.draw(1, 23, 6, &[Trilinear, VisibilityWeighted])?;
+    asked.draw(2, 24, 6, &[Trilinear, VisibilityWeighted])?;
     let comment = "Two volumes, one packed and one raw.";
     asked.finish(drafts, &["B-071", "B-072"], comment);
     let mut later = content(2, 22);
     later.probes[1] = Probe::ABSENT;
     later.probes[4] = all_lit(&volumes[1], 25)[4];
     let mut asked = Asked::of("last-frame", frames.probes(false, &[later]).commit());
-    asked.draw(1, 26, 4, &[Resistant])?;
-    asked.draw(2, 27, 10, &[Trilinear, Resistant])?;
+    asked.draw(1, 26, 4, &[VisibilityWeighted])?;
+    asked.draw(2, 27, 10, &[Trilinear, VisibilityWeighted])?;
     let comment = "A delta changes a probe and takes one away.";
     asked.finish(drafts, &["B-011", "B-071", "B-073"], comment);
     let mut asked = Asked::of("no-probes", Frames::new(&entries).commit());
     let x = [0.2, 0.4, 0.3];
-    asked.ask(1, At { x, ..FLOOR }, &[Trilinear, Resistant])?;
-    asked.ask(2, At { x, ..FLOOR }, &[Trilinear, Resistant])?;
+    asked.ask(1, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
+    asked.ask(2, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
     asked.finish(drafts, &["B-073"], "Volumes without content are dark.");
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! place and of absent ones, and from which mean on nothing is seen within the range.
 
 use super::sight::{blurred, seeing};
-use super::{Asked, At, Draft, Probe, Resistant, Volume, all_lit, grey, half, still};
+use super::{Asked, At, Draft, Probe, VisibilityWeighted, Volume, all_lit, grey, half, still};
 
 /// Directions with a 0 along x or y, below a probe: the edge of the map, which `sign(0)` keeps there.
 pub(super) fn on_axes(drafts: &mut Vec<Draft>) -> Result<(), String> {
@@ -14,16 +14,16 @@ pub(super) fn on_axes(drafts: &mut Vec<Draft>) -> Result<(), String> {
         for across in [0.25, 0.375, 0.5] {
             let (n, v) = ([0, 1, 2], [0, -1, 3]);
             let x = [0.0, across, z];
-            asked.ask(1, At { x, n, v, roughness }, &[Resistant])?;
+            asked.ask(1, At { x, n, v, roughness }, &[VisibilityWeighted])?;
             let (n, v) = ([1, 0, 2], [-1, 0, 3]);
             let x = [across, 0.0, z];
-            asked.ask(1, At { x, n, v, roughness }, &[Resistant])?;
+            asked.ask(1, At { x, n, v, roughness }, &[VisibilityWeighted])?;
         }
     }
     // Straight down, from a corner of the map to its middle.
     for z in [0.3, 0.4, 0.5, 0.6] {
         let (x, n, v) = ([0.0, 0.0, z], [0, 0, 1], [0, 0, 1]);
-        asked.ask(1, At { x, n, v, roughness }, &[Resistant])?;
+        asked.ask(1, At { x, n, v, roughness }, &[VisibilityWeighted])?;
     }
     let comment = "Directions below a probe that have a 0 along x, along y, or both: sign(0) is 1.";
     asked.finish(drafts, &["B-074", "B-075"], comment);
@@ -51,7 +51,7 @@ pub(super) fn weights(drafts: &mut Vec<Draft>) -> Result<(), String> {
             v: [0, 1, 0],
             roughness: 0.5,
         };
-        asked.ask(1, at, &[Resistant])?;
+        asked.ask(1, at, &[VisibilityWeighted])?;
     }
     let comment = "One probe's share of visibility is about UNSEEN, the other's is below it.";
     asked.finish(drafts, &["B-073", "B-076"], comment);
@@ -67,7 +67,7 @@ pub(super) fn weights(drafts: &mut Vec<Draft>) -> Result<(), String> {
             v: [1, 2, 0],
             roughness: 0.5,
         };
-        asked.ask(1, at, &[Resistant])?;
+        asked.ask(1, at, &[VisibilityWeighted])?;
     }
     let comment = "Of a dark probe that does not see the place and an absent one with the fill of a \
                    bright one, the first counts a million times as much.";
@@ -94,7 +94,7 @@ pub(super) fn threshold(drafts: &mut Vec<Draft>) -> Result<(), String> {
             v: [0, 0, 1],
             roughness: 0.5,
         };
-        asked.ask(1, at, &[Resistant])?;
+        asked.ask(1, at, &[VisibilityWeighted])?;
     }
     let comment =
         "Means between the codes 254 and 255: nothing is within the range from half-way on.";

@@ -1,6 +1,6 @@
 //! Where the question lies, and where the grid: cells, faces, beyond them, spacings, axes.
 
-use super::{Asked, At, Draft, FLOOR, Resistant, Trilinear, Volume, all_lit, still};
+use super::{Asked, At, Draft, FLOOR, Trilinear, VisibilityWeighted, Volume, all_lit, still};
 
 /// Within cells, at probes, on faces and edges.
 pub(super) fn places(drafts: &mut Vec<Draft>) -> Result<(), String> {
@@ -9,9 +9,9 @@ pub(super) fn places(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let mut asked = Asked::of("within-cells", frames());
     asked.facing(
         &[[0.1, 0.2, 0.3], [0.61, 1.1, 0.9], [0.45, 0.8, 0.05]],
-        &[Trilinear, Resistant],
+        &[Trilinear, VisibilityWeighted],
     )?;
-    asked.draw(1, 2, 12, &[Trilinear, Resistant])?;
+    asked.draw(1, 2, 12, &[Trilinear, VisibilityWeighted])?;
     let comment = "Surfaces within the cells of a grid, facing many ways.";
     asked.finish(
         drafts,
@@ -22,7 +22,7 @@ pub(super) fn places(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let mut asked = Asked::of("at-probes", frames());
     asked.facing(
         &[[0.0; 3], [0.5, 0.75, 0.0], [1.0, 1.5, 1.0], [0.5, 0.0, 1.0]],
-        &[Trilinear, Resistant],
+        &[Trilinear, VisibilityWeighted],
     )?;
     let comment = "A surface at a probe gets that probe's light, whatever it faces.";
     asked.finish(drafts, &["B-070", "B-071", "B-072"], comment);
@@ -35,7 +35,7 @@ pub(super) fn places(drafts: &mut Vec<Draft>) -> Result<(), String> {
         [1.0, 0.3, 0.5],
         [0.25, 0.0, 0.5],
     ];
-    asked.facing(&places, &[Trilinear, Resistant])?;
+    asked.facing(&places, &[Trilinear, VisibilityWeighted])?;
     let comment = "Surfaces in the planes of probes, and on lines between them.";
     asked.finish(drafts, &["B-070", "B-071", "B-072"], comment);
     Ok(())
@@ -63,7 +63,7 @@ pub(super) fn outside(drafts: &mut Vec<Draft>) -> Result<(), String> {
     for (i, &x) in places.iter().enumerate() {
         let n = super::NORMALS[i % 5];
         let v = [n[0] - 1, n[1] + 1, n[2] + 1];
-        asked.ask(1, At { x, n, v, ..FLOOR }, &[Trilinear, Resistant])?;
+        asked.ask(1, At { x, n, v, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
     }
     let comment = "Surfaces beyond the box of the grid: cells and weights are those of its nearest \
                    point, directions to probes those of the surface.";
@@ -82,9 +82,9 @@ pub(super) fn layers(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let mut asked = Asked::of(name, still(&volume, all_lit(&volume, 4), None));
         asked.facing(
             &[[0.2, 0.1, 0.3], [-0.4, 0.9, 0.6]],
-            &[Trilinear, Resistant],
+            &[Trilinear, VisibilityWeighted],
         )?;
-        asked.draw(1, 5, 6, &[Trilinear, Resistant])?;
+        asked.draw(1, 5, 6, &[Trilinear, VisibilityWeighted])?;
         let comment = "Along an axis of one probe that probe counts alone.";
         asked.finish(drafts, &["B-070", "B-072"], comment);
     }
@@ -104,7 +104,7 @@ pub(super) fn spacings(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ..Volume::raw([3, 2, 4])
         };
         let mut asked = Asked::of(name, still(&volume, all_lit(&volume, 6), None));
-        asked.draw(1, 7, 14, &[Resistant, Trilinear])?;
+        asked.draw(1, 7, 14, &[VisibilityWeighted, Trilinear])?;
         let comment = format!("Probes {spacing:?} m apart along the axes.");
         asked.finish(drafts, &["B-070", "B-071", "B-072"], &comment);
     }
@@ -125,15 +125,15 @@ pub(super) fn turned(drafts: &mut Vec<Draft>) -> Result<(), String> {
         ..Volume::raw([2, 3, 2])
     };
     let mut asked = Asked::of("turned", still(&volume, all_lit(&volume, 8), None));
-    asked.facing(&[[0.2, 0.9, 0.4]], &[Trilinear, Resistant])?;
-    asked.draw(1, 9, 8, &[Trilinear, Resistant])?;
+    asked.facing(&[[0.2, 0.9, 0.4]], &[Trilinear, VisibilityWeighted])?;
+    asked.draw(1, 9, 8, &[Trilinear, VisibilityWeighted])?;
     let moved = still(&volume, all_lit(&volume, 8), None);
     let moved = moved.transforms(&[(1, volume.grid_from_mesh)]).commit();
     let comment = "The grid is turned in its mesh: a sampler that turns position, normal or \
                    coefficients once more finds other light.";
     asked.finish(drafts, &["B-071", "B-077", "B-078"], comment);
     let mut asked = Asked::of("moved", moved);
-    asked.draw(1, 10, 8, &[Trilinear, Resistant])?;
+    asked.draw(1, 10, 8, &[Trilinear, VisibilityWeighted])?;
     let comment = "The track has a transform, which grid space knows nothing of.";
     asked.finish(drafts, &["B-071", "B-077", "B-078"], comment);
     Ok(())

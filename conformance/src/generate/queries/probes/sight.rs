@@ -1,8 +1,8 @@
 //! What probes see: maps of every side, walls, the lift off the surface, blocks that come and go.
 
 use super::{
-    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Resistant, Trilinear, Volume,
-    all_lit, grey, still,
+    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Trilinear, VisibilityWeighted,
+    Volume, all_lit, grey, still,
 };
 use crate::generate::lighting;
 
@@ -35,7 +35,7 @@ pub(super) fn maps(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let frames = still(&volume, all_lit(&volume, 31), Some(blurred(&volume, 32)));
         let name = format!("map-of-{side}");
         let mut asked = Asked::of(&name, frames);
-        asked.draw(1, 33, 40, &[Resistant])?;
+        asked.draw(1, 33, 40, &[VisibilityWeighted])?;
         asked.draw(1, 34, 4, &[Trilinear])?;
         let comment = "Each probe sees any distances in each direction.";
         asked.finish(
@@ -66,7 +66,7 @@ pub(super) fn maps(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 _ => [0.3, 0.5 * draw.signed(), -0.5 + 0.3 * draw.signed()],
             };
             let at = At { x, ..FLOOR };
-            if asked.ask(1, at, &[Resistant]).is_ok() {
+            if asked.ask(1, at, &[VisibilityWeighted]).is_ok() {
                 found += 1;
             }
         }
@@ -132,7 +132,7 @@ pub(super) fn walls(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let name = format!("behind-a-wall-{side}");
         let frames = still(&volume, probes.clone(), Some(walled(&volume, 0.5)));
         let mut asked = Asked::of(&name, frames);
-        asked.draw(1, 41, 30, &[Resistant])?;
+        asked.draw(1, 41, 30, &[VisibilityWeighted])?;
         let comment = "A thin wall stands half-way between bright probes and dark ones.";
         asked.finish(drafts, &["B-073", "B-074", "B-076"], comment);
         // Nobody sees the place: walls on both sides of it.
@@ -140,7 +140,7 @@ pub(super) fn walls(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let near = vec![[13, 1]; volume.visibility_bytes() / 2].concat();
         let mut asked = Asked::of(&name, still(&volume, probes, Some(near)));
         let places = [[0.5, 0.4, 0.45], [0.4, 0.6, 0.5], [0.62, 0.35, 0.55]];
-        asked.facing(&places, &[Resistant])?;
+        asked.facing(&places, &[VisibilityWeighted])?;
         let comment = "No probe sees the place: their mean without visibility.";
         asked.finish(drafts, &["B-073", "B-076"], comment);
     }
@@ -175,9 +175,9 @@ pub(super) fn lifted(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 v,
                 roughness: 0.3,
             };
-            asked.ask(1, at, &[Resistant])?;
+            asked.ask(1, at, &[VisibilityWeighted])?;
         }
-        asked.draw(1, 47, 12, &[Resistant])?;
+        asked.draw(1, 47, 12, &[VisibilityWeighted])?;
         let comment = "The place that probes are asked about is lifted by the smallest spacing.";
         asked.finish(drafts, &["B-074", "B-076"], comment);
     }
@@ -199,7 +199,7 @@ pub(super) fn nothing_seen(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let frames = still(&volume, all_lit(&volume, 48), Some(texels.collect()));
     let mut asked = Asked::of("nothing-in-range", frames);
     let places = [[0.5, 0.4, 0.6], [0.7, 0.3, 0.5], [0.3, 0.5, 0.8]];
-    asked.facing(&places, &[Resistant])?;
+    asked.facing(&places, &[VisibilityWeighted])?;
     let comment = "A mean of 255 hides nothing, though the place is beyond the range.";
     asked.finish(drafts, &["B-076"], comment);
     // Maps of one distance without deviation, and places a few codes of it farther.
@@ -221,7 +221,7 @@ pub(super) fn nothing_seen(drafts: &mut Vec<Draft>) -> Result<(), String> {
             v: [0, 1, 0],
             roughness: 0.5,
         };
-        asked.ask(1, at, &[Resistant])?;
+        asked.ask(1, at, &[VisibilityWeighted])?;
     }
     let comment = "Without any deviation the distance is still known to a code alone.";
     asked.finish(drafts, &["B-076"], comment);
@@ -240,23 +240,23 @@ pub(super) fn blocks(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let frames = Frames::new(&entry).probes(true, &[content(None)]).commit();
     let clauses = &["B-073", "B-061"];
     let mut asked = Asked::of("block-not-come", frames.clone());
-    asked.draw(1, 52, 8, &[Resistant])?;
+    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
     let comment = "A volume with visibility whose block has not come.";
     asked.finish(drafts, clauses, comment);
     let frames = frames.probes(false, &[content(Some(blurred(&volume, 53)))]);
     let frames = frames.commit();
     let mut asked = Asked::of("block-comes", frames.clone());
-    asked.draw(1, 52, 8, &[Resistant])?;
+    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
     asked.finish(drafts, clauses, "A delta brings the block.");
     let mut changed = content(None);
     changed.probes[3] = Probe::ABSENT;
     let kept = frames.clone().probes(false, &[changed]).commit();
     let mut asked = Asked::of("block-stays", kept);
-    asked.draw(1, 54, 8, &[Resistant])?;
+    asked.draw(1, 54, 8, &[VisibilityWeighted])?;
     let comment = "A delta without a block leaves it; a probe that goes absent has a map still.";
     asked.finish(drafts, clauses, comment);
     let mut asked = Asked::of("block-goes", frames.probes(true, &[content(None)]).commit());
-    asked.draw(1, 52, 8, &[Resistant])?;
+    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
     asked.finish(drafts, clauses, "A keyframe without a block takes it away.");
     Ok(())
 }
