@@ -1,10 +1,12 @@
-//! Every clause of the specification has what holds a decoder to it, and nothing else claims to.
+//! Every clause of the specification has a vector or a test, and the tables beside the chapters are
+//! those of the text and of the code.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
 use dapple_conformance::clauses::{self, BEHAVIOUR, Clause};
+use dapple_conformance::stream_builder::range::INITIAL;
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
 use dapple_conformance::vector::{self, Class, Kind, Vector};
 
@@ -162,4 +164,163 @@ fn the_table_is_the_one_that_the_generator_writes() {
     let path = clauses::folder().join(clauses::TABLE);
     let file = fs::read_to_string(path).unwrap_or_default();
     assert!(table == file, "spec/clauses.md: run the generator");
+}
+
+/// The rows of a table of `spec/tables`, without its head.
+fn csv(name: &str) -> Vec<Vec<String>> {
+    let path = clauses::folder().join("tables").join(name);
+    let text = fs::read_to_string(path).expect(name);
+    text.lines().skip(1).map(fields).collect()
+}
+
+/// The fields of a line, some in double quotes, none with double quotes in it.
+fn fields(line: &str) -> Vec<String> {
+    let mut fields = vec![String::new()];
+    let mut quoted = false;
+    for character in line.chars() {
+        match character {
+            '"' => quoted = !quoted,
+            ',' if !quoted => fields.push(String::new()),
+            _ => fields.last_mut().expect("a field").push(character),
+        }
+    }
+    fields
+}
+
+/// The fenced block of `probes.md` that begins with a line.
+fn block(first: &str) -> String {
+    let text = &chapters()["probes.md"];
+    let fence = format!("```text\n{first}");
+    let start = text.find(&fence).expect(first) + "```text\n".len();
+    let end = text[start..].find("```").expect("the end of a block");
+    text[start..start + end].to_string()
+}
+
+/// That of `README.md`, which a test of the codec holds to the code.
+#[test]
+fn error_table_is_that_of_the_text() {
+    let readme = &chapters()["README.md"];
+    let rows = csv("errors.csv");
+    assert_eq!(rows.len(), clauses::error_ids(&chapters()).len());
+    for row in rows {
+        let line = format!("\n| {} |\n", row.join(" | "));
+        assert!(readme.contains(&line), "{line}");
+    }
+}
+
+#[test]
+fn context_table_is_that_of_the_text_and_the_code() {
+    const SHAPES: [(&str, &[usize]); 8] = [
+        ("CHANGED", &[2, 4]),
+        ("LEVEL_CHANGED", &[]),
+        ("LEVEL", &[4, 2]),
+        ("BAND", &[2, 6, 4, 2]),
+        ("SIGNIFICANT", &[2, 6, 4]),
+        ("SIGN", &[2, 2, 3]),
+        ("PREFIX", &[2, 6, 6]),
+        ("SUFFIX", &[2, 6]),
+    ];
+    let stated: Vec<u8> = block("196 117")
+        .split_ascii_whitespace()
+        .map(|start| start.parse().expect("a start value"))
+        .collect();
+    assert_eq!(stated, INITIAL);
+    let mut rows = csv("contexts.csv").into_iter();
+    let mut number = 0;
+    for (name, shape) in SHAPES {
+        let indices: Vec<String> = shape.iter().map(|extent| format!("[{extent}]")).collect();
+        let line = format!("| {name} | {} | {number} |", indices.concat());
+        let line = line.replace("|  |", "| |");
+        assert!(chapters()["probes.md"].contains(&line), "{line}");
+        for at in 0..shape.iter().product() {
+            let mut rest: usize = at;
+            let mut indices = Vec::new();
+            for extent in shape.iter().rev() {
+                indices.insert(0, (rest % extent).to_string());
+                rest /= extent;
+            }
+            let start = INITIAL[number].to_string();
+            let row = [number.to_string(), name.into(), indices.join(" "), start];
+            assert_eq!(rows.next().expect("a row"), row);
+            number += 1;
+        }
+    }
+    assert_eq!((number, rows.next()), (INITIAL.len(), None));
+}
+
+/// The chapter's, which a test of the lobe holds to its integral.
+#[test]
+fn lobe_table_is_that_of_the_text() {
+    let block = block(" 0: ");
+    let numbers = block.split_ascii_whitespace();
+    let stated: Vec<&str> = numbers.filter(|word| !word.ends_with(':')).collect();
+    let rows = csv("lobe.csv");
+    assert_eq!((stated.len(), rows.len()), (128, 64));
+    for (entry, (row, stated)) in rows.iter().zip(stated.chunks(2)).enumerate() {
+        assert_eq!(row[0], entry.to_string());
+        assert_eq!(row[1..], *stated);
+    }
+}
+
+/// Its hash is in the chapter, where a test of the codec holds the codec's own to it.
+#[test]
+fn power_table_has_the_hash_of_the_text() {
+    let rows = csv("powers.csv");
+    assert_eq!(rows.len(), 256);
+    let mut bytes = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row[0], i.to_string());
+        let power: u32 = row[1].parse().expect("a number");
+        bytes.extend(power.to_le_bytes());
+    }
+    let hash = twox_hash::XxHash64::oneshot(0, &bytes);
+    let hash = format!("`{hash:016x}`");
+    assert!(chapters()["probes.md"].contains(&hash), "{hash}");
+}
+
+/// Clauses that only say of others what they come to.
+const IMPLIED: [&str; 1] = ["C-082"];
+
+#[test]
+fn table_of_checks_has_every_reject_clause_with_its_errors() {
+    let mut checks = BTreeSet::new();
+    for row in csv("checks.csv") {
+        assert_eq!(row.len(), 5, "{row:?}");
+        let error: u16 = row[3].parse().expect("an error");
+        checks.insert((row[2].clone(), error));
+    }
+    let rejects = stated().into_iter().filter(|c| c.class == Class::Reject);
+    let stated: BTreeSet<(String, u16)> = rejects
+        .filter(|clause| !IMPLIED.contains(&clause.id.as_str()))
+        .flat_map(|clause| {
+            clause
+                .errors
+                .into_iter()
+                .map(move |e| (clause.id.clone(), e))
+        })
+        .collect();
+    assert_eq!(checks, stated);
+}
+
+#[test]
+fn table_of_checks_is_that_of_the_text() {
+    let container = &chapters()["container.md"];
+    let mut wanted: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for row in csv("checks.csv") {
+        let check = format!("[{}] {} {}", row[2], row[3], row[4]);
+        wanted.entry(row[0].clone()).or_default().push(check);
+    }
+    for (record, checks) in wanted {
+        let head = format!("\n| {record} | ");
+        let lines = container.split(&head).skip(1);
+        let stated = lines.filter_map(|rest| rest.split(" |\n").next());
+        let mut stated = stated.filter(|row| row.contains(&checks[0]));
+        let mut rest = stated.next().expect(&record);
+        for check in &checks {
+            let at = rest.find('[').expect(check);
+            assert!(rest[at..].starts_with(check.as_str()), "{record}: {check}");
+            rest = &rest[at + check.len()..];
+        }
+        assert!(!rest.contains('['), "{record}: {rest}");
+    }
 }

@@ -34,15 +34,36 @@ fn chapter(name: &str) -> String {
     fs::read_to_string(clauses::folder().join(name)).expect(name)
 }
 
-/// The chapters with a stream and its dump.
-const EXAMPLES: [&str; 2] = ["examples.md", "examples-probes.md"];
+/// The chapters with a stream and its dump, and the files of both in `spec/examples`.
+const EXAMPLES: [(&str, &str); 2] = [("examples.md", "points"), ("examples-probes.md", "probes")];
+
+/// A file of `spec/examples`.
+fn file(name: &str, kind: &str) -> Vec<u8> {
+    let path = clauses::folder().join("examples").join(name);
+    fs::read(path.with_extension(kind)).expect(name)
+}
+
+/// The types of the records of a stream.
+fn record_types(stream: &[u8]) -> Vec<u32> {
+    let mut types = Vec::new();
+    let mut at = 16;
+    while at < stream.len() {
+        let word = |offset: usize| {
+            let bytes = &stream[at + offset..at + offset + 4];
+            u32::from_le_bytes(bytes.try_into().expect("four bytes"))
+        };
+        types.push(word(0) & 0x7fff);
+        at += 32 + word(16) as usize;
+    }
+    types
+}
 
 #[test]
 fn the_bytes_decode_to_the_dump() {
     EXAMPLES.into_iter().for_each(decodes_to_its_dump);
 }
 
-fn decodes_to_its_dump(name: &str) {
+fn decodes_to_its_dump((name, files): (&str, &str)) {
     let text = chapter(name);
     let stream = bytes(&blocks(&text, "hex"));
     let dump = blocks(&text, "dump").join("\n") + "\n";
@@ -52,8 +73,14 @@ fn decodes_to_its_dump(name: &str) {
         .expect("an answer");
     assert_eq!(String::from_utf8_lossy(&answer.output), dump);
     assert_eq!(answer.status, Status::Complete);
-    let said = format!("The stream has {} bytes", stream.len());
+    let records = record_types(&stream).len();
+    let said = format!(
+        "The stream has {} bytes and {records} records",
+        stream.len()
+    );
     assert!(text.contains(&said), "{said}");
+    assert!(file(files, "dapple") == stream, "{files}.dapple");
+    assert!(file(files, "dump") == dump.as_bytes(), "{files}.dump");
 }
 
 #[test]
@@ -72,23 +99,14 @@ fn the_losses_come_to_the_transcript() {
     let answer = Own::default().ask(&arguments, &script).expect("an answer");
     let transcript = blocks(&text, "transcript").join("\n") + "\n";
     assert_eq!(String::from_utf8_lossy(&answer.output), transcript);
+    assert!(file("loss", "dapple") == stream, "loss.dapple");
+    assert!(file("loss", "transcript") == transcript.as_bytes());
 }
 
 #[test]
 fn each_record_type_that_is_defined_has_its_bytes() {
-    let mut types = Vec::new();
-    for name in EXAMPLES {
-        let stream = bytes(&blocks(&chapter(name), "hex"));
-        let mut at = 16;
-        while at < stream.len() {
-            let word = |offset: usize| {
-                let bytes = &stream[at + offset..at + offset + 4];
-                u32::from_le_bytes(bytes.try_into().expect("four bytes"))
-            };
-            types.push(word(0) & 0x7fff);
-            at += 32 + word(16) as usize;
-        }
-    }
+    let streams = EXAMPLES.map(|(name, _)| bytes(&blocks(&chapter(name), "hex")));
+    let types = streams.map(|stream| record_types(&stream)).concat();
     for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21] {
         assert!(
             types.contains(&defined),
@@ -109,10 +127,16 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
         bytes(&hex.filter(|l| l.starts_with(line)).collect::<Vec<_>>())
     };
     let sections = [part("ff f1"), part("ef")];
-    assert_eq!(sections.each_ref().map(Vec::len), [11, 1]);
+    for (section, said) in sections.iter().zip(["11 bytes, `", "the one byte `"]) {
+        let hex: Vec<String> = section.iter().map(|byte| format!("{byte:02x}")).collect();
+        let said = format!("{said}{}`", hex.join(" "));
+        assert!(text.contains(&said), "{said}");
+    }
+    let names = context_names();
     let mut sections = sections.into_iter();
     let mut coder = None;
     let mut rows = 0;
+    let mut consumed = Vec::new();
     for line in blocks(&text, "bits") {
         let words: Vec<&str> = line.split_whitespace().collect();
         if words[0] == "context" {
@@ -122,6 +146,7 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
         let coder: &mut Coder = coder.as_mut().expect("a section");
         if let [range, code] = words[..] {
             assert_eq!(coder.shown(), [range, code].join("  "), "{line}");
+            consumed.push(coder.taken);
             continue;
         }
         let context: Option<usize> = words[0].parse().ok();
@@ -129,9 +154,26 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
         assert_eq!(q.as_deref().unwrap_or("-"), words[1], "{line}");
         assert_eq!(coder.shown(), words[2..4].join("  "), "{line}");
         assert_eq!(coder.bit(context).to_string(), words[4], "{line}");
+        let name = context.map_or("bypass", |context| names[context].as_str());
+        assert_eq!(words[5], name, "{line}");
         rows += 1;
     }
     assert!(rows > 60 && sections.next().is_none());
+    // As the text says: three bytes beyond the end, and four.
+    assert_eq!(consumed, [11 + 3, 1 + 4]);
+}
+
+/// Names of the contexts with their indices, such as `LEVEL[0][1]`.
+fn context_names() -> Vec<String> {
+    let path = clauses::folder().join("tables/contexts.csv");
+    let text = fs::read_to_string(path).expect("the table of contexts");
+    let names = text.lines().skip(1).map(|line| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let indices = fields[2].split_ascii_whitespace();
+        let indices: String = indices.map(|index| format!("[{index}]")).collect();
+        fields[1].to_string() + &indices
+    });
+    names.collect()
 }
 
 struct Coder {
