@@ -11,6 +11,8 @@ pub mod probes;
 #[cfg(feature = "encode")]
 pub mod limits;
 #[cfg(feature = "encode")]
+pub mod obscurance;
+#[cfg(feature = "encode")]
 pub mod scene;
 #[cfg(feature = "encode")]
 pub mod stream;
