@@ -1,10 +1,9 @@
 //! The `points` model as a whole: what the server traces, what it sends, and what the client holds.
 
-mod tiny;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use crate::tiny::{self, Tiny, cuboid, floor, growing_cuboid};
 use dapple::codec::container::HEADER_BYTES;
 use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths};
 use dapple::codec::{Compression, Limits, StateDigest, TickRate};
@@ -17,7 +16,6 @@ use dapple::points::store::Overflow;
 use dapple::scene::{ChannelValues, Interpolation, Scene};
 use dapple::stream::{Job, Report, Stream, View};
 use glam::{Quat, Vec3};
-use tiny::{Tiny, cuboid, floor, growing_cuboid};
 
 /// Bytes of a commit record without a digest: tick, frame, flag (`spec/container.md`, 6.6).
 const COMMIT_BYTES: usize = HEADER_BYTES + 16;

@@ -1,8 +1,7 @@
 //! Where points are placed, and which are left out: small and flat things, things that grow, and thin
 //! layers.
 
-mod tiny;
-
+use crate::tiny::{Tiny, cuboid, floor};
 use dapple::codec::Limits;
 use dapple::points::client::Client;
 use dapple::points::place::Density;
@@ -11,7 +10,6 @@ use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::{Options, Server};
 use dapple::scene::{ChannelValues, Interpolation, Scene};
 use glam::{Quat, Vec3};
-use tiny::{Tiny, cuboid, floor};
 
 /// Few rays, so that tests are quick.
 fn options(scene: &Scene) -> Options {

@@ -1,7 +1,5 @@
 //! The `probes` model from the volume to the surface: light gathered at probes by rays, looked up
 //! between them, against the same light gathered at the surface itself.
-#![cfg(feature = "encode")]
-
 use dapple::codec::{Compression, Decoder, Event, Limits, TickRate};
 use dapple::points::rng::Rng;
 use dapple::probes::content::Request;

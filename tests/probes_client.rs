@@ -1,7 +1,5 @@
 //! The client's light against path tracing: probes are traced here as they are, neither coded nor
 //! averaged over frames, so that what differs is the client's.
-#![cfg(feature = "render")]
-
 use dapple::probes::dering::{Keep, dering};
 use dapple::probes::lattice::Lattice;
 use dapple::probes::sh::{self, L2};

@@ -1,13 +1,9 @@
 //! `inspect`, `validate` and `decode` on streams, whole and broken.
 
-#[path = "streams/encoding.rs"]
 mod encoding;
 #[cfg(target_os = "linux")]
-#[path = "streams/memory.rs"]
 mod memory;
-#[path = "streams/reading.rs"]
 mod reading;
-#[path = "streams/server.rs"]
 mod server;
 
 use std::path::{Path, PathBuf};

@@ -1,10 +1,8 @@
 //! Calls that an encoder refuses: with the error that a decoder would give, without a byte written,
 //! and ready for the next call.
 
-mod common;
-#[path = "common/volumes.rs"]
-mod volumes;
-use common::*;
+use crate::common::*;
+use crate::volumes;
 use dapple_codec::points::*;
 use dapple_codec::probes::{self, Coding, Probe, Visibility, Volume};
 use dapple_codec::*;

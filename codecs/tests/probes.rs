@@ -1,14 +1,10 @@
 //! Streams of `probes` tracks: what is sent is what is shown, whatever the cuts and the faults.
 
-mod common;
-#[path = "common/volumes.rs"]
-mod volumes;
-
-use common::{Random, decode, header, records, transform, with_payload};
+use crate::common::{self, Random, decode, header, records, transform, with_payload};
+use crate::volumes::*;
 use dapple_codec::container::record_type;
 use dapple_codec::probes::*;
 use dapple_codec::*;
-use volumes::*;
 
 /// Frames of several volumes and a track of points, with digests; what is to be seen after each.
 fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<ShownVolume>>) {

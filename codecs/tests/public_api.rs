@@ -1,5 +1,5 @@
 //! The public interface, item by item, against `public-api.txt`, so that a change is seen before a
-//! caller's build breaks. `UPDATE=1 cargo test -p dapple-codec --test public_api` writes the file.
+//! caller's build breaks. `UPDATE=1 cargo test -p dapple-codec --test main public_api` writes the file.
 //!
 //! The listing is read from the sources, by the rules that this crate keeps: no macros that make
 //! items, no glob imports, types named in `impl` without a path. rustdoc's JSON output would need a

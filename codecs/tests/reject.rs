@@ -1,7 +1,6 @@
 //! One fault a stream, each with its number; the state and the decoder survive all of them.
 
-mod common;
-use common::*;
+use crate::common::*;
 use dapple_codec::container::record_type;
 use dapple_codec::points::*;
 use dapple_codec::*;

@@ -1,7 +1,6 @@
 //! Whole streams: round trips, every cut, every damage.
 
-mod common;
-use common::*;
+use crate::common::*;
 use dapple_codec::points::*;
 use dapple_codec::*;
 

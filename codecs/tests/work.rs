@@ -1,10 +1,7 @@
 //! What decoding costs: steps that are counted, held against bytes and changed state.
 
-mod common;
-#[path = "common/volumes.rs"]
-mod volumes;
-
-use common::*;
+use crate::common::*;
+use crate::volumes;
 use dapple_codec::points::PointWidths;
 use dapple_codec::probes::*;
 use dapple_codec::*;

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use dapple_conformance::clauses::{self, BEHAVIOUR, Clause};
-use dapple_conformance::stream_builder::range::INITIAL;
 use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
+use dapple_conformance::stream_builder::range::INITIAL;
 use dapple_conformance::vector::{self, Class, Kind, Vector};
 
 fn chapters() -> BTreeMap<String, String> {

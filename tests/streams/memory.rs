@@ -31,7 +31,7 @@ fn peak_memory(command: &str, path: &Path) -> u64 {
 }
 
 /// Memory of `validate` and `inspect` does not grow with the stream. Writes a gigabyte to the
-/// folder for temporary files; run with `cargo test --test streams -- --ignored --nocapture`.
+/// folder for temporary files; run with `cargo test --test main streams -- --ignored --nocapture`.
 #[test]
 #[ignore = "writes a gigabyte"]
 fn a_gigabyte_takes_no_more_memory_than_ten_megabytes() {

@@ -1,7 +1,7 @@
 //! A small server of volumes: probes that change at random.
 #![allow(dead_code)]
 
-use super::Random;
+use crate::common::Random;
 use dapple_codec::probes::*;
 use dapple_codec::*;
 

@@ -1,0 +1,12 @@
+//! The tests of the codec, but for `memory.rs`, which is a process of its own.
+
+mod common;
+#[path = "common/volumes.rs"]
+mod volumes;
+
+mod encoder_misuse;
+mod probes;
+mod public_api;
+mod reject;
+mod stream;
+mod work;

@@ -1,0 +1,13 @@
+//! The tests of the vectors, the generator and the runner, but for `vectors.rs`.
+
+mod clauses;
+mod examples;
+#[cfg(feature = "generate")]
+mod generator;
+mod lighting;
+mod lighting_mistakes;
+mod queries;
+#[cfg(feature = "generate")]
+mod runner;
+mod schema;
+mod snapshots;
