@@ -13,7 +13,7 @@ use crate::probes::content::{Content as ProbesContent, Request};
 use crate::scene::{CameraPose, Pose, Scene};
 use std::time::{Duration, Instant};
 
-/// Whose eyes the stream is made for.
+/// The camera whose view the server keeps up to date.
 #[derive(Clone, Copy, Debug)]
 pub enum View {
     /// A camera of the scene, which may be animated.
@@ -30,7 +30,7 @@ impl View {
     }
 }
 
-/// What is to be encoded.
+/// The options of a stream.
 #[derive(Clone, Debug)]
 pub struct Job {
     /// AO at surface points.
@@ -52,7 +52,7 @@ pub struct Job {
     pub limits: Limits,
 }
 
-/// What encoding came to. Times are means over the frames after the first.
+/// Statistics of an encoded stream. Times are means over the frames after the first.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "cli", derive(serde::Serialize))]
 pub struct Report {
@@ -81,7 +81,7 @@ pub struct Report {
     pub radius: f32,
     pub cells: usize,
     pub buckets: usize,
-    /// Times that a point was due and found no room, the start-up frame included.
+    /// Points that did not fit into their cell or bucket, counted each time, the start-up frame included.
     pub dropped_points: u64,
     pub dropped_cells: u64,
     /// Points sent again, summed over the frames after the first.
@@ -171,7 +171,7 @@ impl StageMs {
     }
 }
 
-/// A stream in the making.
+/// Encodes a stream frame by frame.
 pub struct Stream<'s> {
     points: Option<PointsContent<'s>>,
     probes: Option<ProbesContent<'s>>,
@@ -204,8 +204,11 @@ impl<'s> Stream<'s> {
         let tracks = points.as_ref().map_or(0, |p| p.server().tracks().len());
         let probes = match &job.probes {
             Some(request) => {
-                let settle = 0;
-                let request = Request { settle, ..*request };
+                let warm_up = 0;
+                let request = Request {
+                    warm_up,
+                    ..*request
+                };
                 Some(ProbesContent::new(
                     scene,
                     &request,
@@ -222,8 +225,8 @@ impl<'s> Stream<'s> {
             (content, tick)
         });
         let probes = probes.map(|mut content| {
-            let settle = job.probes.map_or(0, |request| request.settle);
-            (0..=settle).for_each(|_| {
+            let warm_up = job.probes.map_or(0, |request| request.warm_up);
+            (0..=warm_up).for_each(|_| {
                 content.tick(job.start);
             });
             content

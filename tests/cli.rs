@@ -166,7 +166,7 @@ fn scenes_without_light_are_told() {
         "2x2x2",
         "--samples",
         "8",
-        "--settle",
+        "--warm-up",
         "0",
         "--volume",
         "0,0,-1,1,1,1",

@@ -539,13 +539,13 @@ fn bad_usage_exits_with_2() {
 fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
     let folder = folder();
     let folder = folder.path();
-    let chart = "chart hall --model probes --probes 3x2x3 --samples 16 --settle 2 --size 32x18 \
+    let chart = "chart hall --model probes --probes 3x2x3 --samples 16 --warm-up 2 --size 32x18 \
                  --reference 4 --parts 2 --frames 2 -o";
     let shown = succeeds(folder, &format!("{chart} a"));
     for method in [
         "direct light alone",
         "DDGI",
-        "visibility-weighted, through bodies",
+        "visibility-weighted, kept inside geometry",
         "raw, XOR, zstd 19",
     ] {
         assert!(shown.contains(method), "{shown} lacks {method}");

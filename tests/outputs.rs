@@ -101,7 +101,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 const POINTS: &str = "--density 16 --rays 16";
-const LIGHT: &str = "--model probes --probes 2x2x2 --samples 2 --settle 1 --sky 1,1,1";
+const LIGHT: &str = "--model probes --probes 2x2x2 --samples 2 --warm-up 1 --sky 1,1,1";
 const SMALL: &str = "--size 16x9 --backend cpu";
 
 #[test]

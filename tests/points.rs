@@ -944,7 +944,7 @@ fn sampling_error(scene: &Scene, candidates: f32) -> f64 {
                 store.cells(),
                 x,
                 n,
-                Fallback::Mend,
+                Fallback::Fill,
             );
             sum += (found.ao - truth).abs() as f64;
             samples += 1;

@@ -57,7 +57,7 @@ fn errors(server: &Server, instance: usize, seen: impl Fn(Vec3) -> bool) -> Vec<
             store.cells(),
             x,
             n,
-            Fallback::Mend,
+            Fallback::Fill,
         );
         errors.push(found.ao - truth);
     }

@@ -5,7 +5,7 @@ use dapple::points::rng::Rng;
 use dapple::probes::content::Request;
 use dapple::probes::lattice::Lattice;
 use dapple::probes::sample::{Field, trilinear, visibility_weighted};
-use dapple::probes::server::{Arrived, Draw, Hysteresis, Nearest, Options, Server};
+use dapple::probes::server::{Draw, Hysteresis, IncomingRadiance, Nearest, Options, Server};
 use dapple::probes::sh::{self, L2};
 use dapple::probes::volume::Volume;
 use dapple::scene::{Pose, Scene, Surface};
@@ -63,7 +63,7 @@ impl<'s> World<'s> {
     }
 
     /// Light along a ray; backs of single-sided surfaces let it through.
-    fn arrive(&self, origin: Vec3, direction: Vec3) -> Arrived {
+    fn arrive(&self, origin: Vec3, direction: Vec3) -> IncomingRadiance {
         let mut from = origin;
         let mut back_face = false;
         for _ in 0..16 {
@@ -90,13 +90,13 @@ impl<'s> World<'s> {
                 4.0
             };
             let light = sun * n.dot(SUN.normalize()).max(0.0) / PI + 0.15;
-            return Arrived {
+            return IncomingRadiance {
                 radiance: at.base_color * light + at.emissive,
                 distance: (from - origin).length() + t,
                 back_face,
             };
         }
-        Arrived {
+        IncomingRadiance {
             radiance: Vec3::splat(SKY),
             distance: f32::INFINITY,
             back_face,
@@ -253,7 +253,7 @@ fn every_frame_has_its_visibility_block() {
             samples: 4,
             ..Options::default()
         },
-        settle: 0,
+        warm_up: 0,
         ..Request::default()
     };
     for (frames, keyframe_interval) in [(1, 0), (5, 2)] {

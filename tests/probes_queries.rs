@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use dapple::codec::{Decoder, LiveTrack};
 use dapple::probes::client::ProbesVolume;
-use dapple::probes::sample::{Arriving, Field};
+use dapple::probes::sample::{Field, IncomingLight};
 use dapple::probes::{ggx, sample, visibility};
 use dapple::render::gpu::Gpu;
 use dapple::render::probes::ProbeVolume;
@@ -56,19 +56,19 @@ fn place(query: &ProbesQuery) -> Surface {
 }
 
 /// What the sampler on the CPU finds.
-fn arriving(field: &Field, surface: &Surface) -> Arriving {
+fn incoming_light(field: &Field, surface: &Surface) -> IncomingLight {
     let [x, n, v] = [surface.position, surface.normal, surface.view].map(Vec3::from);
     let light = match surface.interpolation {
         Interpolation::Trilinear => sample::trilinear(field, x),
         Interpolation::VisibilityWeighted => sample::visibility_weighted(field, x, n, v),
     };
-    sample::arriving(&light, n, v, surface.roughness)
+    sample::incoming_light(&light, n, v, surface.roughness)
 }
 
 /// The same of a track, for the protocol.
 fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2] {
     let volume = ProbesVolume::new(decoder, live).expect("a track of probes");
-    let light = arriving(&volume.field(), surface);
+    let light = incoming_light(&volume.field(), surface);
     [light.irradiance.to_array(), light.filtered.to_array()]
 }
 
@@ -91,7 +91,7 @@ fn on_the_cpu() {
         for (id, volume) in decoded(&vector) {
             let field = volume.field();
             for (number, query) in queries(&vector, id) {
-                let light = arriving(&field, &place(query));
+                let light = incoming_light(&field, &place(query));
                 check(&vector, number, light.irradiance, light.filtered);
                 asked += 1;
             }

@@ -1,6 +1,6 @@
 //! Scenes made to fail: what must hold in a taste of each, and the command that writes them all.
 
-use dapple::measure::failure::{CASES, Effort, Finding};
+use dapple::measure::stress::{CASES, Effort, Finding};
 use std::process::Command;
 
 fn run(name: &str) -> Finding {
@@ -93,7 +93,7 @@ fn probes_in_a_wall_are_left_out() {
     let found = run("probes-in-walls");
     assert!(value(&found, "0.3", "both") < 0.6 * value(&found, "0.3", "neither"));
     assert!(value(&found, "0.3", "trilinear, filled") < value(&found, "0.3", "trilinear, neither"));
-    assert!(value(&found, "0.3", "probes absent") >= 12.0);
+    assert!(value(&found, "0.3", "probes disabled") >= 12.0);
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn the_command_writes_tables_and_pictures() {
         assert!(size.is_ok_and(|s| s > 100), "{file}");
     }
     let csv = std::fs::read_to_string(folder.path().join("table.csv")).expect("a table");
-    assert!(csv.starts_with("case,knob,setting,figure,value,bound,holds\n"));
+    assert!(csv.starts_with("case,parameter,setting,figure,value,bound,holds\n"));
     let nothing = Command::new(env!("CARGO_BIN_EXE_dapple"))
         .args(["stability", "--case", "nonsense"])
         .output()
@@ -185,7 +185,7 @@ fn light_without_a_visibility_block_is_told() {
         assert!(output.status.success(), "{output:?}");
         String::from_utf8_lossy(&output.stderr).into_owned()
     };
-    let encode = "encode hall --model probes --probes 2x2x2 --samples 4 --settle 0 --frames 1";
+    let encode = "encode hall --model probes --probes 2x2x2 --samples 4 --warm-up 0 --frames 1";
     dapple(&format!("{encode} --visibility-side 0 -o without.dapple"));
     dapple(&format!("{encode} -o with.dapple"));
     let render = |stream: &str, how: &str| {

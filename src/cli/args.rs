@@ -153,13 +153,13 @@ pub struct ProbesArgs {
     /// Frames that the server runs before the first one that is sent.
     #[arg(long, value_name = "FRAMES", default_value = "16",
         value_parser = clap::value_parser!(u32).range(0..=100_000))]
-    pub settle: u32,
+    pub warm_up: u32,
     /// Texels a side of what each probe knows of the distances around it; 0 for nothing.
     #[arg(long, value_name = "TEXELS", default_value = "16", value_parser = visibility)]
     pub visibility_side: u32,
-    /// What becomes of probes inside bodies.
-    #[arg(long, value_name = "WHAT", default_value = "absent")]
-    pub inside: Inside,
+    /// Whether probes inside geometry are kept.
+    #[arg(long, value_name = "WHAT", default_value = "disabled")]
+    pub inside: InsideGeometry,
     /// How probes are coded: 56 bytes each, or entropy-coded.
     #[arg(long, default_value = "packed")]
     pub coding: Coding,
@@ -180,14 +180,14 @@ pub enum Model {
     Probes,
 }
 
-/// What becomes of probes inside bodies.
+/// What is done with probes inside geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Inside {
-    /// They are not sent, and see nothing: no light comes through a body.
-    Absent,
-    /// They see through the body about them, as in the paper: surfaces have probes behind them, and
-    /// light may come through.
-    Through,
+pub enum InsideGeometry {
+    /// They are not sent and count for nothing: no light leaks through geometry.
+    Disabled,
+    /// They see through the geometry around them, as in the paper: surfaces have probes behind them,
+    /// and light may leak through.
+    Kept,
 }
 
 /// A coding of the model `probes`.
@@ -206,9 +206,9 @@ pub struct ClientArgs {
     /// Milliseconds from a server frame to its use.
     #[arg(long, value_name = "MS", default_value = "0", value_parser = latency)]
     pub latency_ms: f64,
-    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or `mend`:
+    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or `fill`:
     /// filled from the points about it.
-    #[arg(long, default_value = "mend")]
+    #[arg(long, default_value = "fill")]
     pub fallback: Fallback,
 }
 
@@ -234,7 +234,7 @@ pub enum Overflow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Fallback {
     One,
-    Mend,
+    Fill,
 }
 
 /// Bits of a packed point.

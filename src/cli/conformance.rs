@@ -201,7 +201,7 @@ fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2
             probes::sample::visibility_weighted(&volume.field(), x, n, v)
         }
     };
-    let light = probes::sample::arriving(&radiance, n, v, surface.roughness);
+    let light = probes::sample::incoming_light(&radiance, n, v, surface.roughness);
     [light.irradiance.to_array(), light.filtered.to_array()]
 }
 

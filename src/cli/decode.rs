@@ -9,7 +9,7 @@ use dapple_conformance::dump;
 
 use super::limits::LimitArgs;
 use super::output;
-use super::stream::{self, Reading};
+use super::stream::{self, ReadOptions};
 use crate::Result;
 use crate::codec::Event;
 
@@ -49,13 +49,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if args.dump {
         lines.push_str(dump::HEAD);
     }
-    let reading = Reading {
+    let options = ReadOptions {
         limits: args.limits.limits(),
         live: args.live,
         resume: args.resume,
         join: args.join,
     };
-    let outcome = stream::decode(&args.file, &reading, |decoder, event| {
+    let outcome = stream::decode(&args.file, &options, |decoder, event| {
         match event {
             Ok(Event::Frame(frame)) if !args.dump => {
                 let digest = decoder.state_digest();

@@ -56,7 +56,7 @@ const PROBES_OPTIONS: &[&str] = &[
     "samples",
     "hysteresis",
     "adaptive",
-    "settle",
+    "warm-up",
     "visibility_side",
     "coding",
     "sky",

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::limits::LimitArgs;
 use super::records::RecordTotal;
-use super::stream::{self, FaultReport, Outcome, Reading};
+use super::stream::{self, FaultReport, Outcome, ReadOptions};
 use super::{output, tell};
 use crate::Result;
 use crate::codec::points::Grid;
@@ -116,12 +116,12 @@ enum ModelReport {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut frames = Frames::default();
     let mut declared = 0;
-    let reading = Reading {
+    let options = ReadOptions {
         limits: args.limits.limits(),
         live: true,
-        ..Reading::default()
+        ..ReadOptions::default()
     };
-    let outcome = stream::decode(&args.file, &reading, |decoder, event| {
+    let outcome = stream::decode(&args.file, &options, |decoder, event| {
         let Ok(event) = event else { return Ok(()) };
         frames.event(decoder, event);
         if let Event::Tracks { added } = event {

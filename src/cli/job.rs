@@ -8,7 +8,7 @@ use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
 use crate::probes;
 use crate::probes::content::{Packing, Request};
-use crate::probes::server::{Hysteresis, Inside};
+use crate::probes::server::{Hysteresis, InsideGeometry};
 use crate::scene::Scene;
 use crate::scene::camera::DEFAULT_YFOV;
 use crate::stream::{Job, Stream, View};
@@ -127,7 +127,7 @@ impl EncodeArgs {
 }
 
 impl ProbesArgs {
-    /// What is asked of the model `probes`.
+    /// The options of the model `probes`.
     pub fn request(&self, scene: &Scene, seed: u32) -> Request {
         Request {
             dims: self.probes,
@@ -142,14 +142,14 @@ impl ProbesArgs {
                     false => Hysteresis::Fixed(self.hysteresis),
                 },
                 inside: match self.inside {
-                    args::Inside::Absent => Inside::Absent,
-                    args::Inside::Through => Inside::Through,
+                    args::InsideGeometry::Disabled => InsideGeometry::Disabled,
+                    args::InsideGeometry::Kept => InsideGeometry::Kept,
                 },
                 visibility: self.visibility_side,
                 seed: seed.into(),
                 ..Default::default()
             },
-            settle: self.settle,
+            warm_up: self.warm_up,
             packing: match self.coding {
                 args::Coding::Raw => Packing::Raw,
                 args::Coding::Packed => Packing::packed(self.tolerance),

@@ -2,7 +2,7 @@
 
 mod path;
 mod probes;
-mod received;
+mod stream_frame;
 
 use super::args::{self, ClientArgs, Rate, SceneArgs, ViewArgs};
 use super::effects::{self, Given};
@@ -18,9 +18,9 @@ use crate::render::{Backend, Picture, Renderer, composite};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use received::Received;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use stream_frame::StreamFrame;
 
 /// Render one frame of a scene to a PNG file, lit by a stream or by a reference.
 #[derive(Debug, clap::Args)]
@@ -126,21 +126,21 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     .open(true)?;
     let view = args.view.view(&scene)?;
-    let received = match path {
-        Some(path) if needs_stream => Some((Received::read(path, &scene, args)?, path)),
+    let stream_frame = match path {
+        Some(path) if needs_stream => Some((StreamFrame::read(path, &scene, args)?, path)),
         Some(path) => {
             files::protect(path);
             None
         }
         None => None,
     };
-    let method = match &received {
-        Some((received, path)) => received.method(args.method, path)?,
+    let method = match &stream_frame {
+        Some((stream_frame, path)) => stream_frame.method(args.method, path)?,
         None => args.method.unwrap_or(Method::None),
     };
     given.warn_without_effect(&args.active(method));
-    let seconds = match &received {
-        Some((received, _)) => received.seconds,
+    let seconds = match &stream_frame {
+        Some((stream_frame, _)) => stream_frame.seconds,
         None => {
             let rate = args.fps.map_or(FPS, Rate::hz);
             args.view.time_at(rate).unwrap_or(0.0)
@@ -155,13 +155,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         path::picture(&args.path, &scene, &pose, &camera, args, direct_only)?
     } else {
         let mut renderer = Renderer::new(&scene, args.backend.into())?;
-        let received = received.as_ref().map(|(received, _)| received);
+        let stream_frame = stream_frame.as_ref().map(|(stream_frame, _)| stream_frame);
         let (picture, note) = drawn(
             args,
             method,
             &scene,
             &pose,
-            received,
+            stream_frame,
             &camera,
             &mut renderer,
         )?;
@@ -179,20 +179,20 @@ fn drawn(
     method: Method,
     scene: &Scene,
     pose: &Pose,
-    received: Option<&Received>,
+    stream_frame: Option<&StreamFrame>,
     camera: &CameraPose,
     renderer: &mut Renderer,
 ) -> Result<(Picture, String)> {
     let (width, height) = args.view.size;
     let mut note = String::new();
-    let (frame, ao) = match (method, received) {
-        (Method::Probes | Method::Ddgi, Some(received)) => {
-            let client = &received.client;
+    let (frame, ao) = match (method, stream_frame) {
+        (Method::Probes | Method::Ddgi, Some(stream_frame)) => {
+            let client = &stream_frame.client;
             let picture = probes::picture(args, method, scene, pose, client, camera, renderer)?;
-            return Ok((picture, format!("; stream frame {}", received.frame.0)));
+            return Ok((picture, format!("; stream frame {}", stream_frame.frame.0)));
         }
-        (Method::Points, Some(received)) => {
-            let (client, (number, time)) = (&received.client, received.frame);
+        (Method::Points, Some(stream_frame)) => {
+            let (client, (number, time)) = (&stream_frame.client, stream_frame.frame);
             let server_pose = scene.pose(time);
             let lookup = if client.looks_up_rest_pose() {
                 Lookup::Rest
@@ -289,7 +289,7 @@ impl ClientArgs {
     pub fn fallback(&self) -> Fallback {
         match self.fallback {
             args::Fallback::One => Fallback::One,
-            args::Fallback::Mend => Fallback::Mend,
+            args::Fallback::Fill => Fallback::Fill,
         }
     }
 }

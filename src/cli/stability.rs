@@ -1,16 +1,16 @@
-//! `dapple stability`: scenes made to fail, and how far they hold.
+//! `dapple stability`: stress scenes, each swept over one parameter, and their bounds.
 
 use super::output;
 use super::progress::Progress;
-use crate::measure::failure::{CASES, Case, Effort, Finding, Row, long_table};
 use crate::measure::report::{Figure, Image, Report, Section, Source, save, write};
+use crate::measure::stress::{CASES, Case, Effort, Finding, Row, long_table};
 use crate::measure::table::{Table, Value};
 use crate::{Error, Result};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Measure how light from probes fails: named scenes, each turned at a knob until it breaks, with
+/// Measure how light from probes fails: named scenes, each swept over one parameter until it breaks, with
 /// figures, bounds and pictures.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -33,15 +33,15 @@ pub struct Args {
 struct Document {
     case: &'static str,
     about: &'static str,
-    knob: &'static str,
-    rows: Vec<Judged>,
+    parameter: &'static str,
+    rows: Vec<CheckedRow>,
     beyond: &'static str,
     /// Whether all bounds hold.
     holds: bool,
 }
 
 #[derive(Serialize)]
-struct Judged {
+struct CheckedRow {
     #[serde(flatten)]
     row: Row,
     holds: Option<bool>,
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let asked = |case: &Case| args.cases.is_empty() || args.cases.iter().any(|n| n == case.name);
     let cases: Vec<Case> = CASES.into_iter().filter(asked).collect();
-    let bar = Progress::new("Failing on purpose", cases.len() as u64);
+    let bar = Progress::new("Stress scenes", cases.len() as u64);
     let mut found = Vec::new();
     for case in cases {
         found.push((case, (case.run)(effort)?));
@@ -94,15 +94,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn document((case, finding): &(Case, Finding)) -> Document {
-    let judged = |row: &Row| Judged {
+    let checked = |row: &Row| CheckedRow {
         row: row.clone(),
         holds: row.holds(),
     };
     Document {
         case: case.name,
         about: case.about,
-        knob: case.knob,
-        rows: finding.rows.iter().map(judged).collect(),
+        parameter: case.parameter,
+        rows: finding.rows.iter().map(checked).collect(),
         beyond: case.beyond,
         holds: finding.holds(),
     }
@@ -162,7 +162,7 @@ fn page(found: &[(Case, Finding)], effort: Effort) -> Report {
     };
     let (all, kept) = (bounds().count(), bounds().filter(|h| *h).count());
     Report {
-        title: "Failure, on purpose".into(),
+        title: "Stress scenes".into(),
         subtitle: effort.of("A taste: few settings, few rays.", "").into(),
         figures: vec![Figure {
             label: "bounds that hold".into(),

@@ -20,7 +20,7 @@ const RECORD_GAP: u16 = 1008;
 
 /// How a stream is read.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Reading {
+pub struct ReadOptions {
     pub limits: Limits,
     /// It may stop after any commit.
     pub live: bool,
@@ -115,12 +115,12 @@ pub fn name(path: &Path) -> String {
 /// is part of the outcome.
 pub fn decode(
     path: &Path,
-    reading: &Reading,
+    options: &ReadOptions,
     mut on_event: impl FnMut(&Decoder, std::result::Result<Event, codec::Error>) -> Result<()>,
 ) -> Result<Outcome> {
     let mut source = Source::open(path)?;
     let mut outcome = Outcome {
-        decoder: Decoder::new(reading.limits),
+        decoder: Decoder::new(options.limits),
         bytes: 0,
         records: RecordScan::default(),
         ended: false,
@@ -130,7 +130,7 @@ pub fn decode(
     loop {
         let length = source.read(&mut piece)?;
         outcome.bytes += length as u64;
-        let going_on = outcome.take(&piece[..length], reading, &mut on_event)?;
+        let going_on = outcome.take(&piece[..length], options, &mut on_event)?;
         if length == 0 || !going_on {
             break;
         }
@@ -140,7 +140,7 @@ pub fn decode(
     }
     if outcome.fault.is_none() {
         let decoder = &outcome.decoder;
-        let end = match reading.live {
+        let end = match options.live {
             true => decoder.finish_live(),
             false => decoder.finish(),
         };
@@ -154,7 +154,7 @@ impl Outcome {
     fn take(
         &mut self,
         mut rest: &[u8],
-        reading: &Reading,
+        options: &ReadOptions,
         on_event: &mut impl FnMut(&Decoder, std::result::Result<Event, codec::Error>) -> Result<()>,
     ) -> Result<bool> {
         while !rest.is_empty() {
@@ -172,10 +172,10 @@ impl Outcome {
                     on_event(&self.decoder, Ok(event))?;
                 }
                 Err(fault) => {
-                    let joins = reading.join
+                    let joins = options.join
                         && fault.id == RECORD_GAP
                         && self.decoder.last_frame().is_none();
-                    if !((joins || reading.resume) && self.decoder.resume()) {
+                    if !((joins || options.resume) && self.decoder.resume()) {
                         let sound = fault.offset.max(PREAMBLE_BYTES as u64);
                         let sound = sound.saturating_sub(start) as usize;
                         self.records.push(&rest[..sound.min(used)]);

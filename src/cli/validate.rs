@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use super::limits::LimitArgs;
-use super::stream::{self, FaultReport, Reading};
+use super::stream::{self, FaultReport, ReadOptions};
 use super::{output, tell};
 use crate::Result;
 use crate::codec::Event;
@@ -40,12 +40,12 @@ struct Report {
 /// `Io` where the file cannot be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut frames = 0;
-    let reading = Reading {
+    let options = ReadOptions {
         limits: args.limits.limits(),
         live: args.live,
-        ..Reading::default()
+        ..ReadOptions::default()
     };
-    let outcome = stream::decode(&args.file, &reading, |_, event| {
+    let outcome = stream::decode(&args.file, &options, |_, event| {
         frames += u64::from(matches!(event, Ok(Event::Frame(_))));
         Ok(())
     })?;

@@ -1,4 +1,4 @@
-//! Charts: accuracy against Mbit/s or milliseconds, every method a curve over its quality knob. As
+//! Charts: accuracy against Mbit/s or milliseconds, every method a curve over its quality parameter. As
 //! SVG and as CSV.
 
 use std::fmt::Write;
@@ -30,7 +30,7 @@ pub struct Axis {
     pub log: bool,
 }
 
-/// One method over its quality knob.
+/// One method over its quality parameter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Series {
     pub name: String,
@@ -45,7 +45,7 @@ pub struct Series {
 pub struct Point {
     pub x: f64,
     pub y: f64,
-    /// The knob's value, written beside the marker; may be empty.
+    /// The parameter's value, written beside the marker; may be empty.
     pub label: String,
 }
 

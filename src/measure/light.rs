@@ -1,7 +1,7 @@
 //! Pictures of a scene by indirect light from probes, and their scores against path-traced ones, as
 //! in Tables 1 to 3 of DDISH-GI.
 //!
-//! All methods look at the same surfaces ([`Seen`]) and add the same direct light, of punctual
+//! All methods shade the same first hits ([`FirstHits`]) and add the same direct light, of punctual
 //! lights with ray-traced shadows: what differs between two pictures is indirect light alone.
 
 use super::ddgi::{self, Ddgi};
@@ -12,7 +12,8 @@ use crate::probes::content::{Content, Packing};
 use crate::probes::dering::{Keep, dering};
 use crate::probes::ggx;
 use crate::probes::sample::{
-    Arriving, DIELECTRIC, Field, Indirect, arriving, reflected, trilinear, visibility_weighted,
+    DIELECTRIC, Field, IncomingLight, Indirect, incoming_light, reflected, trilinear,
+    visibility_weighted,
 };
 use crate::probes::server::{self, Server, fit};
 use crate::probes::sh::{self, L2};
@@ -30,14 +31,14 @@ use std::time::Instant;
 
 /// Metres by which an expansion at a surface stands off it.
 const BESIDE: f32 = 0.01;
-/// Streams of random numbers that nobody else draws from.
+/// Streams of random numbers that are used here alone.
 const ITSELF: u32 = 0x17;
 const TRUTH: u32 = 0x71;
 /// Frames of the baseline before those that count.
 pub const WARM_UP: u32 = 32;
 
-/// What the pixels' centres see, and the light there that no method looks up.
-pub struct Seen {
+/// The first hit of each pixel's centre, and the direct light there.
+pub struct FirstHits {
     pub width: u32,
     pub height: u32,
     /// Row by row from the top; none where the sky is seen.
@@ -46,8 +47,8 @@ pub struct Seen {
     direct: Vec<Vec3>,
 }
 
-impl Seen {
-    pub fn new(paths: &PathTracer, camera: &CameraPose, width: u32, height: u32) -> Seen {
+impl FirstHits {
+    pub fn new(paths: &PathTracer, camera: &CameraPose, width: u32, height: u32) -> FirstHits {
         let view = View::new(camera, width, height);
         let eye = Vec3::from(camera.world_from_camera.translation);
         let see = |i: usize| {
@@ -63,7 +64,7 @@ impl Seen {
         };
         let pixels = (0..width as usize * height as usize).into_par_iter();
         let (surfaces, direct) = pixels.map(see).unzip();
-        Seen {
+        FirstHits {
             width,
             height,
             surfaces,
@@ -93,9 +94,9 @@ impl Seen {
     }
 
     /// Every `step`-th pixel of every `step`-th row.
-    pub fn every(&self, step: u32) -> Seen {
+    pub fn every(&self, step: u32) -> FirstHits {
         let (width, height) = (self.width.div_ceil(step), self.height.div_ceil(step));
-        Seen {
+        FirstHits {
             width,
             height,
             surfaces: self.pick(&self.surfaces, step),
@@ -155,7 +156,7 @@ pub fn from_probes(
     };
     shaded(
         surface,
-        &arriving(&radiance, n, v, surface.bsdf.alpha.sqrt()),
+        &incoming_light(&radiance, n, v, surface.bsdf.alpha.sqrt()),
     )
 }
 
@@ -163,7 +164,7 @@ pub fn from_probes(
 pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
     let mirrored = 2.0 * n.dot(v) * n - v;
-    let light = Arriving {
+    let light = IncomingLight {
         irradiance: ddgi.irradiance(surface.position, n, v),
         filtered: ddgi.glossy(surface.position, n, mirrored, v),
     };
@@ -190,24 +191,24 @@ pub fn from_itself(paths: &PathTracer, surface: &Vertex, number: u32, rays: u32)
     let (n, v) = (surface.normal, surface.view);
     shaded(
         surface,
-        &arriving(&radiance, n, v, surface.bsdf.alpha.sqrt()),
+        &incoming_light(&radiance, n, v, surface.bsdf.alpha.sqrt()),
     )
 }
 
-/// The same by `samples` paths from the surface: what is right.
+/// The same by `samples` paths from the surface: the reference.
 pub fn from_paths(paths: &PathTracer, surface: &Vertex, number: u32, samples: u32) -> Indirect {
     let mut sum = [Vec3::ZERO; 2];
     for sample in 0..samples {
         let mut random = Random::new(TRUTH, number, sample);
         let bounces = Paths::default().max_bounces;
-        let parts = paths.scattered_apart(surface, &mut random, bounces);
+        let parts = paths.scattered_parts(surface, &mut random, bounces);
         sum.iter_mut().zip(parts).for_each(|(s, part)| *s += part);
     }
     let [diffuse, glossy] = sum.map(|s| s / samples.max(1) as f32);
     Indirect { diffuse, glossy }
 }
 
-fn shaded(surface: &Vertex, light: &Arriving) -> Indirect {
+fn shaded(surface: &Vertex, light: &IncomingLight) -> Indirect {
     let bsdf = &surface.bsdf;
     let cosine = surface.normal.dot(surface.view);
     let environment = ggx::environment(cosine, bsdf.alpha.sqrt());
@@ -249,19 +250,19 @@ pub fn settled_ddgi(
     (ddgi, ms)
 }
 
-/// What a client has, and what it cost to send.
-pub struct Sent {
+/// A decoded volume and the size of its keyframe.
+pub struct DecodedVolume {
     pub volume: ProbesVolume,
     /// Bytes of the keyframe's record without the visibility block, and of the block.
     pub bytes_first: u64,
     pub bytes_visibility: u64,
 }
 
-/// What a client makes of the server's state, coded as `packing`: of one keyframe.
+/// Encodes the server's state as one keyframe in `packing` and decodes it.
 ///
 /// # Errors
 /// Those of the codec.
-pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<Sent> {
+pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<DecodedVolume> {
     content.pack_as(packing);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
@@ -286,7 +287,7 @@ pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<Sent>
     let volume = decoder.tracks().first();
     let volume = volume.and_then(|live| ProbesVolume::new(&decoder, live));
     let volume = volume.ok_or_else(|| Error::Invalid("the stream has no volume".into()))?;
-    Ok(Sent {
+    Ok(DecodedVolume {
         volume,
         bytes_first,
         bytes_visibility,
@@ -347,7 +348,7 @@ pub fn from_expansions(server: &Server, surface: &Vertex) -> Indirect {
         return Indirect::default();
     }
     let [irradiance, filtered] = [irradiance, glossy].map(|sum| (sum / weights).max(Vec3::ZERO));
-    let light = Arriving {
+    let light = IncomingLight {
         irradiance,
         filtered,
     };

@@ -4,7 +4,7 @@
 //! - [`ssim`], [`flip`]: the two perceptual metrics they use
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`ddgi`]: the probe method that `probes` is compared with
-//! - [`failure`]: scenes that break light from probes
+//! - [`stress`]: scenes that break light from probes, each swept over one parameter
 //! - [`difference`]: pictures of signed differences
 //! - [`light`]: pictures by indirect light from probes, and their scores
 //! - [`evaluate`]: a stream encoded, decoded and scored
@@ -15,7 +15,6 @@ pub mod chart;
 pub mod ddgi;
 pub mod difference;
 pub mod evaluate;
-pub mod failure;
 pub mod flip;
 pub mod light;
 pub mod metrics;
@@ -23,4 +22,5 @@ pub mod reference;
 pub mod report;
 pub mod ssim;
 pub mod stability;
+pub mod stress;
 pub mod table;

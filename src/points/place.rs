@@ -7,9 +7,9 @@ use super::sample::T_N;
 use crate::scene::{Alpha, Pose, Scene};
 use glam::{Mat3, Vec3};
 
-/// Where on its mesh a point sits, for ever.
+/// A point on a mesh: fixed to a triangle, whatever the pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Site {
+pub struct SurfacePoint {
     pub triangle: u32,
     /// Barycentric weights of the triangle's second and third vertex.
     pub u: f32,
@@ -18,8 +18,8 @@ pub struct Site {
     pub back: bool,
 }
 
-impl Site {
-    /// The site's position, given the mesh's triangles and vertex positions in any pose.
+impl SurfacePoint {
+    /// The position, given the mesh's triangles and vertex positions in any pose.
     pub fn on(&self, triangles: &[[u32; 3]], positions: &[Vec3]) -> Vec3 {
         let [a, b, c] = triangles[self.triangle as usize].map(|i| positions[i as usize]);
         a + (b - a) * self.u + (c - a) * self.v
@@ -51,7 +51,7 @@ impl Density {
 /// The points of one mesh at one scale, in progressive order: every prefix is well distributed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Placement {
-    pub sites: Vec<Site>,
+    pub points: Vec<SurfacePoint>,
     /// Candidates before thinning, those that fell into masked holes left out.
     pub candidates: usize,
 }
@@ -107,7 +107,7 @@ pub fn place(
 
     let count = (total * density.candidates as f64).ceil() as usize;
     let mut rng = Rng::new(seed);
-    let mut sites = Vec::with_capacity(count);
+    let mut points = Vec::with_capacity(count);
     let mut positions = Vec::with_capacity(count);
     let mut normals = Vec::with_capacity(count);
     for i in 0..count {
@@ -131,7 +131,7 @@ pub fn place(
         } else {
             surface.normal
         });
-        sites.push(Site {
+        points.push(SurfacePoint {
             triangle: t as u32,
             u,
             v,
@@ -139,11 +139,11 @@ pub fn place(
         });
     }
 
-    let candidates = sites.len();
+    let candidates = points.len();
     let target = ((candidates as f64 / density.thinning as f64).ceil() as usize).min(candidates);
     let order = eliminate(&positions, &normals, target, density.radius(), T_N);
     Placement {
-        sites: order.iter().map(|&i| sites[i as usize]).collect(),
+        points: order.iter().map(|&i| points[i as usize]).collect(),
         candidates,
     }
 }

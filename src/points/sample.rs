@@ -12,7 +12,7 @@ pub const T_N: f32 = 0.1;
 /// Largest squared cosine between a point's normal and the direction to it (Eq. 3). SHARED with
 /// `sample.wgsl`.
 pub const T_D: f32 = 0.7;
-/// Total weight below which [`Fallback::Mend`] fills up. SHARED with `sample.wgsl`.
+/// Total weight below which [`Fallback::Fill`] fills up. SHARED with `sample.wgsl`.
 ///
 /// A fragment amid points twice as far apart as r has a total of about 0.5 to 2, so that 0.1 touches
 /// only fragments at the rim of a gap.
@@ -20,7 +20,7 @@ pub const FILL_WEIGHT: f32 = 0.1;
 /// Track index of a query that has none. SHARED with `sample.wgsl`.
 pub const NO_TRACK: u32 = u32::MAX;
 
-/// What a fragment gets where Eq. 4 finds too little. Values SHARED with `sample.wgsl`.
+/// The value of a fragment with too few points in reach for Eq. 4. Values SHARED with `sample.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Fallback {
@@ -36,17 +36,17 @@ pub enum Fallback {
     /// when the block moves on. A fragment of weight [`FILL_WEIGHT`] or more is Eq. 4 to the bit;
     /// below it the value slides over to the fill, which makes the rim of a gap continuous.
     #[default]
-    Mend = 1,
+    Fill = 1,
 }
 
-/// Which way a sample was come by. Values SHARED with `sample.wgsl`.
+/// How a sample was computed. Values SHARED with `sample.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Case {
     /// Points within reach.
     Found = 0,
-    /// No point within reach; filled by [`Fallback::Mend`].
-    Mended = 1,
+    /// No point within reach; filled by [`Fallback::Fill`].
+    Filled = 1,
     /// Nothing to go by: AO = 1.
     None = 2,
 }
@@ -202,11 +202,11 @@ impl Sums {
 
     fn resolve(&self, fallback: Fallback) -> Sample {
         let (ao, case) =
-            if fallback == Fallback::Mend && self.weight < FILL_WEIGHT && self.fill > 0.0 {
+            if fallback == Fallback::Fill && self.weight < FILL_WEIGHT && self.fill > 0.0 {
                 let fill = self.filled / self.fill;
                 let ao = (self.weighted + (FILL_WEIGHT - self.weight) * fill) / FILL_WEIGHT;
                 let found = self.weight > 0.0;
-                (ao, if found { Case::Found } else { Case::Mended })
+                (ao, if found { Case::Found } else { Case::Filled })
             } else if self.weight > 0.0 {
                 (self.weighted / self.weight, Case::Found)
             } else {

@@ -7,9 +7,9 @@ const EMPTY: u32 = 0xffffffffu; // SHARED dapple_codec::points::EMPTY
 const T_N: f32 = 0.1; // SHARED
 const T_D: f32 = 0.7; // SHARED
 const FILL_WEIGHT: f32 = 0.1; // SHARED
-const FALLBACK_MEND: u32 = 1u; // SHARED Fallback::Mend
+const FALLBACK_FILL: u32 = 1u; // SHARED Fallback::Fill
 const CASE_FOUND: u32 = 0u; // SHARED Case::Found
-const CASE_MENDED: u32 = 1u; // SHARED Case::Mended
+const CASE_FILLED: u32 = 1u; // SHARED Case::Filled
 const CASE_NONE: u32 = 2u; // SHARED Case::None
 
 struct Pass {
@@ -180,9 +180,9 @@ fn sample_points(t: Track, x: vec3f, n: vec3f, fallback: u32) -> Result {
             }
         }
     }
-    if fallback == FALLBACK_MEND && weight < FILL_WEIGHT && fill > 0.0 {
+    if fallback == FALLBACK_FILL && weight < FILL_WEIGHT && fill > 0.0 {
         let ao = (weighted + (FILL_WEIGHT - weight) * (filled / fill)) / FILL_WEIGHT;
-        let case_ = select(CASE_FOUND, CASE_MENDED, weight == 0.0);
+        let case_ = select(CASE_FOUND, CASE_FILLED, weight == 0.0);
         return Result(ao, case_ | (points << 8u));
     }
     if weight > 0.0 {

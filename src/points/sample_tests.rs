@@ -217,7 +217,7 @@ fn a_point_at_the_fragment_itself_needs_only_its_normal() {
         (1.0, 1, Case::Found)
     );
     assert!((sample.ao - ao).abs() < 1e-6);
-    assert_eq!(state.sample(p, -np, Fallback::Mend).case, Case::None);
+    assert_eq!(state.sample(p, -np, Fallback::Fill).case, Case::None);
     // Straight above it the direction criterion shuts it out, to the side it does not.
     assert_eq!(
         state.sample(p + np * 0.1, np, Fallback::One).case,
@@ -229,7 +229,7 @@ fn a_point_at_the_fragment_itself_needs_only_its_normal() {
 
 #[test]
 fn a_constant_field_is_reproduced() {
-    for fallback in [Fallback::One, Fallback::Mend] {
+    for fallback in [Fallback::One, Fallback::Fill] {
         let mut state = random_state(5, WIDTHS[0]);
         let mask = 0xff;
         for word in state.cells.iter_mut().flat_map(|cell| &mut cell.points) {
@@ -281,20 +281,20 @@ fn the_mend_is_continuous_where_the_paper_jumps() {
             state.sample(Vec3::new(0.3 + s, 0.7 + 0.731 * s, plane), n, fallback)
         };
         let mut last = at(0);
-        let (mut most, mut mended) = (0f32, 0);
+        let (mut most, mut filled) = (0f32, 0);
         for i in 1..200_000 {
             let next = at(i);
             most = most.max((next.ao - last.ao).abs());
-            mended += u32::from(next.case == Case::Mended);
+            filled += u32::from(next.case == Case::Filled);
             last = next;
         }
-        (most, mended)
+        (most, filled)
     };
-    let (mended_jump, mended) = jump(Fallback::Mend);
+    let (filled_jump, filled) = jump(Fallback::Fill);
     let (paper_jump, _) = jump(Fallback::One);
-    assert!(mended > 100, "the walk crosses gaps: {mended}");
+    assert!(filled > 100, "the walk crosses gaps: {filled}");
     assert!(paper_jump > 0.3, "{paper_jump}");
-    assert!(mended_jump < 0.01, "{mended_jump}");
+    assert!(filled_jump < 0.01, "{filled_jump}");
 }
 
 #[test]
@@ -304,15 +304,15 @@ fn the_mend_leaves_well_supported_fragments_alone() {
     let mut alike = 0;
     for _ in 0..2000 {
         let (x, n) = (random.vec() * 1.1, random.direction());
-        let (one, mend) = (
+        let (one, fill) = (
             state.sample(x, n, Fallback::One),
-            state.sample(x, n, Fallback::Mend),
+            state.sample(x, n, Fallback::Fill),
         );
         if one.weight >= FILL_WEIGHT {
-            assert_eq!(one, mend);
+            assert_eq!(one, fill);
             alike += 1;
         }
-        assert_eq!(one.weight, mend.weight);
+        assert_eq!(one.weight, fill.weight);
     }
     assert!(alike > 200, "{alike}");
 }
@@ -332,18 +332,18 @@ fn hostile_state_gives_a_sample_and_no_panic() {
         Vec3::splat(-1e30),
         Vec3::ONE,
     ] {
-        let sample = state.sample(x, Vec3::Z, Fallback::Mend);
+        let sample = state.sample(x, Vec3::Z, Fallback::Fill);
         assert_eq!(sample.ao, 1.0);
     }
     state.grid.bucket_count = 0;
     assert_eq!(
-        state.sample(Vec3::ONE, Vec3::Z, Fallback::Mend).case,
+        state.sample(Vec3::ONE, Vec3::Z, Fallback::Fill).case,
         Case::None
     );
     state.grid.bucket_count = 7;
     state.buckets.clear();
     assert_eq!(
-        state.sample(Vec3::ONE, Vec3::Z, Fallback::Mend).case,
+        state.sample(Vec3::ONE, Vec3::Z, Fallback::Fill).case,
         Case::None
     );
 }

@@ -42,10 +42,10 @@ pub struct Store {
     dirty_cells: Vec<u32>,
     bucket_is_dirty: Vec<bool>,
     cell_is_dirty: Vec<bool>,
-    /// Points that ever found no room in a cell or bucket, or lay outside the grid. One that is
+    /// Points that ever did not fit into a cell or bucket, or lay outside the grid. One that is
     /// dropped again counts once.
     pub dropped_points: u64,
-    /// Grid cells that ever found no room for a `Cell` in their bucket or in the track.
+    /// Grid cells whose `Cell` ever did not fit into their bucket or the track.
     pub dropped_cells: u64,
     point_was_dropped: Vec<bool>,
     dropped_keys: BTreeSet<u32>,

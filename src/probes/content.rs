@@ -2,7 +2,7 @@
 
 use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
-use super::server::{Inside, Nearest, Options, Server, Tick};
+use super::server::{InsideGeometry, Nearest, Options, Server, Tick};
 use super::sh::L2;
 use super::volume::Volume;
 use crate::Result;
@@ -17,7 +17,7 @@ use crate::trace::{Aabb, Ray, Tracer};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// What is asked of the model.
+/// The options of the model `probes`.
 #[derive(Clone, Copy, Debug)]
 pub struct Request {
     /// Probes along x, y and z.
@@ -26,7 +26,7 @@ pub struct Request {
     pub bounds: Option<Aabb>,
     pub server: Options,
     /// Frames that the server runs before the first that is sent.
-    pub settle: u32,
+    pub warm_up: u32,
     pub packing: Packing,
     pub sky: Sky,
 }
@@ -44,12 +44,12 @@ impl Request {
     }
 }
 
-/// What came of it.
+/// Statistics of the encoded probes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "cli", derive(serde::Serialize))]
 pub struct Report {
     pub probes: usize,
-    /// Those that are not inside bodies, in the last frame.
+    /// Probes that are not disabled, in the last frame.
     pub probes_present: usize,
     /// Probes whose codes changed, summed over the frames after the first.
     pub probes_sent: usize,
@@ -108,7 +108,7 @@ impl Packing {
 }
 
 /// Frames that a server runs by default before the first that is sent.
-const SETTLE: u32 = 16;
+const WARM_UP: u32 = 16;
 
 impl Default for Request {
     fn default() -> Self {
@@ -116,7 +116,7 @@ impl Default for Request {
             dims: [16, 8, 8],
             bounds: None,
             server: Options::default(),
-            settle: SETTLE,
+            warm_up: WARM_UP,
             packing: Packing::packed(0.004),
             sky: Sky::default(),
         }
@@ -133,7 +133,7 @@ pub struct Content<'s> {
     packing: Packing,
     id: u32,
     volume: probes::Volume,
-    /// The server's light, without what rings below zero.
+    /// The server's light after deringing (irradiance is non-negative).
     light: Vec<L2>,
     /// As clients have them.
     sent: Vec<Probe>,
@@ -146,7 +146,7 @@ pub struct Content<'s> {
 }
 
 impl<'s> Content<'s> {
-    /// A volume in the scene, in a track of this id. The server has settled on the light at `time`.
+    /// A volume in the scene, in a track of this id. The server has run its warm-up frames at `time`.
     ///
     /// # Errors
     /// `Invalid` for a volume or options that cannot be.
@@ -155,7 +155,7 @@ impl<'s> Content<'s> {
         let tracer = Tracer::new(scene, &pose);
         let place = request.place(scene, &pose, &tracer)?;
         let mut server = Server::new(place, request.server)?;
-        let through = request.server.inside == Inside::Through;
+        let through = request.server.inside == InsideGeometry::Kept;
         server.measure_geometry(|origin, direction| {
             nearest(scene, &tracer, (origin, direction), through)
         });
@@ -191,7 +191,7 @@ impl<'s> Content<'s> {
             volume,
             server,
         };
-        for _ in 0..request.settle {
+        for _ in 0..request.warm_up {
             content.tick(time);
         }
         Ok(content)
@@ -201,7 +201,7 @@ impl<'s> Content<'s> {
         &self.server
     }
 
-    /// The light that is coded: the server's, without what rings below zero.
+    /// The light that is coded: the server's after deringing.
     pub fn light(&self) -> &[L2] {
         &self.light
     }

@@ -1,5 +1,5 @@
 //! The client's sampler: the light at a surface position from the probes about it, and what a
-//! material makes of it (DDISH-GI §3.2, Appendix A). Up to [`arriving`] it is the format's
+//! material makes of it (DDISH-GI §3.2, Appendix A). Up to [`incoming_light`] it is the format's
 //! (`spec/probes.md` §12), whose query vectors hold it, and its twin on a device.
 //!
 //! Everything is in grid space ([`super::lattice`]). Two interpolations: [`trilinear`], which a
@@ -109,21 +109,21 @@ pub struct Material {
     pub roughness: f32,
 }
 
-/// Light that arrives at a surface, linear RGB: what the format's sampler ends with.
+/// Light that reaches a surface, linear RGB: the result of the format's sampler.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Arriving {
+pub struct IncomingLight {
     pub irradiance: Vec3,
     /// Radiance over the glossy lobe.
     pub filtered: Vec3,
 }
 
-/// Light that arrives at a surface of unit normal `n` and of `roughness` 0 to 1, seen from unit
+/// Light that reaches a surface of unit normal `n` and of `roughness` 0 to 1, seen from unit
 /// direction `v`: irradiance about n, and the lobe's mean about [`ggx::lobe_direction`]. Where an
 /// expansion rings below zero, it counts as zero.
-pub fn arriving(radiance: &L2, n: Vec3, v: Vec3, roughness: f32) -> Arriving {
+pub fn incoming_light(radiance: &L2, n: Vec3, v: Vec3, roughness: f32) -> IncomingLight {
     let direction = ggx::lobe_direction(n, v, roughness);
     let filtered = sh::convolved(radiance, &ggx::lobe(roughness), direction);
-    Arriving {
+    IncomingLight {
         irradiance: sh::irradiance(radiance, n).max(Vec3::ZERO),
         filtered: filtered.max(Vec3::ZERO),
     }
@@ -148,7 +148,7 @@ pub fn shade(radiance: &L2, material: &Material, n: Vec3, v: Vec3) -> Indirect {
     let f0 = Vec3::splat(DIELECTRIC).lerp(material.base_color, metallic);
     let environment = ggx::environment(n.dot(v), roughness);
     reflected(
-        &arriving(radiance, n, v, roughness),
+        &incoming_light(radiance, n, v, roughness),
         base,
         [f0, Vec3::ONE],
         environment,
@@ -159,7 +159,7 @@ pub fn shade(radiance: &L2, material: &Material, n: Vec3, v: Vec3) -> Indirect {
 /// `f0` and `f90` are the coat's reflectance along the normal and at grazing angles, scale and bias
 /// come from [`ggx::environment`].
 pub fn reflected(
-    light: &Arriving,
+    light: &IncomingLight,
     base: Vec3,
     [f0, f90]: [Vec3; 2],
     [scale, bias]: [f32; 2],

@@ -244,16 +244,16 @@ fn lobe_direction(n: vec3f, v: vec3f, roughness: f32) -> vec3f {
     return select(n, d / size, size > 1e-30);
 }
 
-struct Arriving {
+struct IncomingLight {
     irradiance: vec3f,
     filtered: vec3f,
 }
 
-fn arriving(radiance: L2, n: vec3f, v: vec3f, roughness: f32) -> Arriving {
+fn incoming_light(radiance: L2, n: vec3f, v: vec3f, roughness: f32) -> IncomingLight {
     let direction = lobe_direction(n, v, roughness);
     let irradiance = max(convolved(radiance, COSINE, n), vec3f(0.0));
     let filtered = max(convolved(radiance, lobe(roughness), direction), vec3f(0.0));
-    return Arriving(irradiance, filtered);
+    return IncomingLight(irradiance, filtered);
 }
 
 struct Indirect {
@@ -273,7 +273,7 @@ fn shade(
     let metallic = clamp(metallic_, 0.0, 1.0);
     let e = environment(dot(n, v), roughness);
     let f0 = mix(vec3f(DIELECTRIC), base_color, metallic);
-    let light = arriving(radiance, n, v, roughness);
+    let light = incoming_light(radiance, n, v, roughness);
     let left = 1.0 - (DIELECTRIC * e.x + e.y);
     var out: Indirect;
     out.diffuse = base_color * light.irradiance * ((1.0 - metallic) * left / PI);

@@ -16,20 +16,20 @@ use rayon::prelude::*;
 /// Instance of a pixel that sees the sky.
 pub const NONE: u32 = u32::MAX;
 
-/// The triangle that a pixel's centre sees.
+/// The first hit of a pixel's centre: a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Seen {
+pub struct FirstHit {
     /// Index into [`Scene::instances`], or [`NONE`].
     pub instance: u32,
     /// Index into the mesh's triangles.
     pub triangle: u32,
 }
 
-/// One [`Seen`] per pixel, row by row from the top.
+/// One [`FirstHit`] per pixel, row by row from the top.
 pub struct Visibility {
     pub width: u32,
     pub height: u32,
-    pub seen: Vec<Seen>,
+    pub seen: Vec<FirstHit>,
 }
 
 /// What one pixel's centre sees. Only `instance` means anything where it is [`NONE`].
@@ -138,7 +138,7 @@ pub fn fragment(
     lookup: Lookup,
     view: &View,
     direction: Vec3,
-    seen: Seen,
+    seen: FirstHit,
 ) -> Fragment {
     let (instance, triangle) = (seen.instance as usize, seen.triangle as usize);
     let (Some(placed), Some(world_from_mesh)) = (
@@ -215,7 +215,7 @@ impl Visibility {
     /// Primary rays through the pixel centres. `tracer` must stand at `pose`.
     pub fn trace(scene: &Scene, pose: &Pose, tracer: &Tracer, view: &View) -> Visibility {
         let width = view.width as usize;
-        let sky = Seen {
+        let sky = FirstHit {
             instance: NONE,
             triangle: NONE,
         };
@@ -243,7 +243,7 @@ fn primary(
     tracer: &Tracer,
     view: &View,
     direction: Vec3,
-) -> Option<Seen> {
+) -> Option<FirstHit> {
     let mut t = view.camera.znear / direction.dot(view.forward());
     // A ray passes the backs of single-sided triangles, so it may need several hits; one that
     // grazes along such a surface is given up.
@@ -257,7 +257,7 @@ fn primary(
         let instance = &scene.instances[hit.instance as usize];
         let mesh = &scene.meshes[instance.mesh];
         if is_drawn(scene, pose, mesh, hit.instance, hit.triangle, direction) {
-            return Some(Seen {
+            return Some(FirstHit {
                 instance: hit.instance,
                 triangle: hit.triangle,
             });

@@ -52,26 +52,26 @@ pub enum Part {
 
 /// Sums over the samples of one half.
 #[derive(Clone, Debug, PartialEq)]
-struct Half {
+struct SampleSums {
     direct: Vec<DVec3>,
     indirect: Vec<DVec3>,
 }
 
-/// A picture in the making.
+/// A path-traced picture to which samples are added.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathPicture {
     pub width: u32,
     pub height: u32,
     /// Samples that each half has of each pixel.
     samples: u32,
-    halves: [Half; 2],
+    halves: [SampleSums; 2],
 }
 
 impl PathPicture {
     /// Without samples.
     pub fn new(width: u32, height: u32) -> PathPicture {
         let zero = vec![DVec3::ZERO; width as usize * height as usize];
-        let half = Half {
+        let half = SampleSums {
             direct: zero.clone(),
             indirect: zero,
         };
@@ -158,7 +158,7 @@ impl PathPicture {
     }
 }
 
-impl Half {
+impl SampleSums {
     fn sum(&self, part: Part, pixel: usize) -> DVec3 {
         match part {
             Part::All => self.direct[pixel] + self.indirect[pixel],

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 pub struct Counts {
     /// Points within reach.
     pub found: u64,
-    /// None within reach, filled from the block ([`Fallback::Mend`]).
-    pub mended: u64,
+    /// None within reach, filled from the block ([`Fallback::Fill`]).
+    pub filled: u64,
     /// Nothing to go by: AO = 1.
     pub none: u64,
     /// The instance has no track: AO = 1.
@@ -28,14 +28,14 @@ impl Counts {
     /// Adds another picture's fragments.
     pub fn add(&mut self, other: &Counts) {
         self.found += other.found;
-        self.mended += other.mended;
+        self.filled += other.filled;
         self.none += other.none;
         self.untracked += other.untracked;
     }
 
     /// Share of the fragments with a track that have no point within reach.
     pub fn without_point(&self) -> f64 {
-        (self.mended + self.none) as f64 / self.tracked()
+        (self.filled + self.none) as f64 / self.tracked()
     }
 
     /// Share of the fragments with a track that even the fallback could do nothing for.
@@ -44,7 +44,7 @@ impl Counts {
     }
 
     fn tracked(&self) -> f64 {
-        (self.found + self.mended + self.none).max(1) as f64
+        (self.found + self.filled + self.none).max(1) as f64
     }
 }
 
@@ -264,7 +264,7 @@ impl PointsPass {
                 let r: GpuResult = bytemuck::pod_read_unaligned(bytes);
                 let case = match r.case_and_points & 0xff {
                     0 => Case::Found,
-                    1 => Case::Mended,
+                    1 => Case::Filled,
                     _ => Case::None,
                 };
                 (r.ao, case, r.case_and_points >> 8)
@@ -347,7 +347,7 @@ fn gather(gbuffer: &GBuffer, queries: &[Query], results: &[(f32, Case, u32)]) ->
         *match case {
             _ if query.track == NO_TRACK => &mut counts.untracked,
             Case::Found => &mut counts.found,
-            Case::Mended => &mut counts.mended,
+            Case::Filled => &mut counts.filled,
             Case::None => &mut counts.none,
         } += 1;
     }
@@ -402,7 +402,7 @@ mod tests {
             pad: 0,
         };
         let queries: Vec<_> = (0..100 * 61).map(|i| query(i, &mut random)).collect();
-        for fallback in [Fallback::One, Fallback::Mend] {
+        for fallback in [Fallback::One, Fallback::Fill] {
             let on_cpu = sample_on_cpu(&queries, &state, fallback).unwrap();
             let on_gpu = pass.sample(&gpu, 100, &queries, &state, fallback).unwrap();
             assert_eq!(on_cpu.len(), on_gpu.len());
@@ -415,7 +415,7 @@ mod tests {
             assert!(strays <= 2, "{strays} of {} differ", queries.len());
             let cases = |case| on_cpu.iter().filter(|r| r.1 == case).count();
             assert!(cases(Case::Found) > 500 && cases(Case::None) > 500);
-            assert_eq!(cases(Case::Mended) > 100, fallback == Fallback::Mend);
+            assert_eq!(cases(Case::Filled) > 100, fallback == Fallback::Fill);
         }
     }
 
@@ -449,9 +449,9 @@ mod tests {
                 }),
             };
             let results = pass
-                .sample(&gpu, 64, &queries, &state, Fallback::Mend)
+                .sample(&gpu, 64, &queries, &state, Fallback::Fill)
                 .unwrap();
-            let cpu = sample_on_cpu(&queries, &state, Fallback::Mend).unwrap();
+            let cpu = sample_on_cpu(&queries, &state, Fallback::Fill).unwrap();
             let mean = |results: &[(f32, Case, u32)]| results.iter().map(|r| r.0).sum::<f32>();
             (mean(&results) / 4096.0, mean(&cpu) / 4096.0)
         };
@@ -490,7 +490,7 @@ mod tests {
             track_of_instance: &[],
             dirty: None,
         };
-        let error = sample_on_cpu(&[], &state, Fallback::Mend).unwrap_err();
+        let error = sample_on_cpu(&[], &state, Fallback::Fill).unwrap_err();
         assert!(error.to_string().contains("points track 0"), "{error}");
     }
 }

@@ -1,6 +1,6 @@
 //! The visibility pass on a graphics device: `raster.wgsl` and the scene in its buffers.
 
-use super::gbuffer::{NONE, Seen, Visibility};
+use super::gbuffer::{FirstHit, NONE, Visibility};
 use super::gpu::Gpu;
 use super::shaders;
 use super::view::View;
@@ -302,14 +302,14 @@ impl Raster {
     }
 }
 
-fn seen(texel: &[u8]) -> Seen {
+fn seen(texel: &[u8]) -> FirstHit {
     let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| texel[at + i]));
     match word(0) {
-        0 => Seen {
+        0 => FirstHit {
             instance: NONE,
             triangle: NONE,
         },
-        instance => Seen {
+        instance => FirstHit {
             instance: instance - 1,
             triangle: word(4),
         },

@@ -1,6 +1,6 @@
 //! Both ways of drawing against a brute-force search over all triangles.
 
-use super::gbuffer::{NONE, Seen, Visibility};
+use super::gbuffer::{FirstHit, NONE, Visibility};
 use super::view::View;
 use super::*;
 use crate::points::sample::tests::Random;
@@ -174,13 +174,13 @@ pub(super) fn eye() -> CameraPose {
 }
 
 /// Every triangle of the scene against every ray, in f64.
-fn brute_force(scene: &Scene, pose: &Pose, view: &View) -> Vec<Seen> {
+fn brute_force(scene: &Scene, pose: &Pose, view: &View) -> Vec<FirstHit> {
     let origin = view.camera.eye().as_dvec3();
     let see = |i: u32| {
         let d = view.direction(i % view.width, i / view.width).as_dvec3();
         let mut best = (
             f64::INFINITY,
-            Seen {
+            FirstHit {
                 instance: NONE,
                 triangle: NONE,
             },
@@ -209,7 +209,7 @@ fn brute_force(scene: &Scene, pose: &Pose, view: &View) -> Vec<Seen> {
                 }
                 best = (
                     t,
-                    Seen {
+                    FirstHit {
                         instance: k as u32,
                         triangle: j as u32,
                     },

@@ -1,8 +1,8 @@
 //! A camera for a scene that has none: outside an object, inside a room.
 //!
 //! Looking at a box from a corner shows nothing of a room, and comparing how much area faces the
-//! middle fails for walls that have two sides. So a grid of points is asked what they see along the
-//! six axes: a point that sees front faces in at least five of them is inside a room (the sky may
+//! middle fails for walls that have two sides. So rays are cast along the six axes from a
+//! grid of points: a point that sees front faces in at least five of them is inside a room (the sky may
 //! be open); inside a solid one sees back faces, and beside an object mostly nothing.
 
 use super::camera::{DEFAULT_YFOV, look_at};
@@ -20,20 +20,20 @@ const EYE_HEIGHT: f32 = 1.6;
 
 /// The nearest surface along one direction: distance, and whether its front is seen.
 #[derive(Clone, Copy)]
-struct Seen {
+struct AxisHit {
     distance: f32,
     front: bool,
 }
 
-const NOTHING: Seen = Seen {
+const NO_HIT: AxisHit = AxisHit {
     distance: f32::INFINITY,
     front: false,
 };
 
-/// A point and what it sees along -X, +X, -Y, +Y, -Z, +Z.
+/// A point and its first hits along -X, +X, -Y, +Y, -Z, +Z.
 struct Probe {
     at: Vec3,
-    seen: [Seen; 6],
+    hits: [AxisHit; 6],
 }
 
 impl Scene {
@@ -70,7 +70,7 @@ impl Scene {
                 for k in 0..GRID[2] {
                     probes.push(Probe {
                         at: Vec3::new(place(0, i), place(1, j), place(2, k)),
-                        seen: [NOTHING; 6],
+                        hits: [NO_HIT; 6],
                     });
                 }
             }
@@ -110,9 +110,9 @@ impl Scene {
                             (at[axis], at[p], at[q]) = (k, i, j);
                             let probe = &mut probes[index(at)];
                             let ahead = hit - probe.at[axis];
-                            let slot = &mut probe.seen[axis * 2 + usize::from(ahead > 0.0)];
+                            let slot = &mut probe.hits[axis * 2 + usize::from(ahead > 0.0)];
                             if ahead.abs() < slot.distance {
-                                *slot = Seen {
+                                *slot = AxisHit {
                                     distance: ahead.abs(),
                                     front: normal[axis] * ahead < 0.0,
                                 };
@@ -130,19 +130,19 @@ impl Scene {
 fn room_view(probes: &[Probe], length_scale: f32) -> Option<(Vec3, Vec3)> {
     let mut best: Option<(f32, Vec3, Vec3)> = None;
     for probe in probes {
-        let seen = &probe.seen;
-        if seen.iter().filter(|s| s.front).count() < ENCLOSED || !seen[2].front {
+        let hits = &probe.hits;
+        if hits.iter().filter(|s| s.front).count() < ENCLOSED || !hits[2].front {
             continue;
         }
         for (direction, across) in [(0, [4, 5]), (1, [4, 5]), (4, [0, 1]), (5, [0, 1])] {
-            let free = seen[direction].distance;
-            let nearest = seen[across[0]].distance.min(seen[across[1]].distance);
+            let free = hits[direction].distance;
+            let nearest = hits[across[0]].distance.min(hits[across[1]].distance);
             if !free.is_finite() || !nearest.is_finite() {
                 continue;
             }
             let score = free.min(LONGEST_VIEW * nearest);
             if best.as_ref().is_none_or(|(s, _, _)| score > *s) {
-                let (down, up) = (seen[2].distance, seen[3].distance);
+                let (down, up) = (hits[2].distance, hits[3].distance);
                 let tall = if up.is_finite() {
                     down + up
                 } else {

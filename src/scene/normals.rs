@@ -112,7 +112,7 @@ pub(super) fn make_flat(mesh: &mut Mesh) {
 }
 
 /// Brings normals to unit length; one of no length is replaced by the mean of its faces.
-pub(super) fn mend(mesh: &mut Mesh) {
+pub(super) fn repair(mesh: &mut Mesh) {
     let mut faces: Option<Vec<Vec3>> = None;
     for v in 0..mesh.normals.len() {
         let normal = mesh.normals[v];

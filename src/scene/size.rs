@@ -1,4 +1,4 @@
-//! How large a scene is, and the lengths that suit it where nobody asks for others.
+//! How large a scene is, and the default lengths that follow from it.
 
 use super::{Pose, Scene};
 use glam::Vec3;
@@ -12,7 +12,7 @@ const BUILDING: f32 = 40.0;
 /// Scenes larger than this are landscapes, or not in metres.
 const LANDSCAPE: f32 = 250.0;
 /// What those are taken for: a scene so many metres across.
-const ROOM: f32 = 10.0;
+const REFERENCE_SIZE: f32 = 10.0;
 
 /// The factor on lengths that are chosen for a scene of 4 to 40 m, given a scene's size.
 ///
@@ -28,7 +28,7 @@ pub fn length_scale(size: f32) -> f32 {
     } else if size <= LANDSCAPE {
         size / BUILDING
     } else {
-        size / ROOM
+        size / REFERENCE_SIZE
     }
 }
 

@@ -7,7 +7,7 @@
 //!
 //! - [`blas`] is a mesh: triangles in [`packet`]s under an eight-wide hierarchy ([`wide`], made by
 //!   [`build`]). Skinned and morphed instances have one of their own, which is refitted.
-//! - [`placed`] is an instance: rays go into mesh space with their direction unnormalised, so that
+//! - [`blas_instance`] is an instance: rays go into mesh space with their direction unnormalised, so that
 //!   distances stay metres. Moving instances only rebuild the hierarchy over the instances. One that
 //!   is flattened, which no ray can be carried back through, has a mesh of its own as it is placed.
 //! - [`occlusion`] traces the many short rays of ambient occlusion about one point.
@@ -22,13 +22,13 @@
 
 mod aabb;
 mod blas;
+mod blas_instance;
 mod build;
 mod instructions;
 mod occlusion;
 pub mod offset;
 mod packet;
 pub mod path;
-mod placed;
 pub mod sampler;
 mod slab;
 mod wide;
@@ -40,11 +40,11 @@ pub use aabb::Aabb;
 
 use crate::scene::{Pose, Scene};
 use blas::Blas;
+use blas_instance::BlasInstance;
 use build::Effort;
 use glam::{Affine3A, Vec3};
 use instructions::{Avx2, Instructions, Portable};
 use packet::TriangleHit;
-use placed::Placed;
 use rayon::prelude::*;
 use sampler::Patterns;
 use slab::SlabRay;
@@ -93,9 +93,9 @@ pub struct Tracer<'s> {
     /// One per mesh, at rest; then one per instance, empty unless the instance is deformed.
     blases: Vec<Blas>,
     /// One per instance; `None` cannot be hit.
-    placed: Vec<Option<Placed>>,
+    instances: Vec<Option<BlasInstance>>,
     top: WideBvh,
-    /// The greatest [`Placed::slack_per_metre`].
+    /// The greatest [`BlasInstance::slack_per_metre`].
     slack: f32,
     reach: f32,
     /// The pose as it was, to tell what changes.
@@ -116,7 +116,7 @@ impl<'s> Tracer<'s> {
         let mut tracer = Tracer {
             scene,
             blases,
-            placed: vec![None; scene.instances.len()],
+            instances: vec![None; scene.instances.len()],
             top: WideBvh::from_children(&[]),
             slack: 0.0,
             reach: 0.0,
@@ -151,7 +151,7 @@ impl<'s> Tracer<'s> {
                 *transform = now;
                 let number = scene.instances[i].mesh;
                 let posed = pose.deformed.get(i).and_then(|d| d.as_ref());
-                let flat = placed::flattens(transform).then(|| {
+                let flat = blas_instance::flattens(transform).then(|| {
                     let positions = posed.map_or(&scene.meshes[number].positions, |d| &d.positions);
                     let flatten = |p: &Vec3| transform.transform_vector3(*p);
                     positions.iter().map(flatten).collect::<Vec<Vec3>>()
@@ -182,11 +182,11 @@ impl<'s> Tracer<'s> {
                     Some(_) => scene.meshes.len() + i,
                     None => scene.instances[i].mesh,
                 };
-                let placement = match placed::flattens(&self.transforms[i]) {
+                let placement = match blas_instance::flattens(&self.transforms[i]) {
                     true => Affine3A::from_translation(self.transforms[i].translation.into()),
                     false => self.transforms[i],
                 };
-                self.placed[i] = Placed::new(&placement, blas as u32, &self.blases[blas]);
+                self.instances[i] = BlasInstance::new(&placement, blas as u32, &self.blases[blas]);
             }
         }
         if work != Work::default() {
@@ -197,7 +197,7 @@ impl<'s> Tracer<'s> {
 
     fn rebuild_top(&mut self) {
         let (numbers, boxes): (Vec<u32>, Vec<Aabb>) = (0u32..)
-            .zip(&self.placed)
+            .zip(&self.instances)
             .filter_map(|(i, p)| p.as_ref().map(|p| (i, p.bounds)))
             .unzip();
         let topology = build::build(&boxes, 1, Effort::Quick);
@@ -211,17 +211,17 @@ impl<'s> Tracer<'s> {
                 })
             })
             .collect();
-        let placed = &self.placed;
+        let instances = &self.instances;
         self.top = WideBvh::from_children(&nodes);
         self.top.refit(|i| {
-            placed[i as usize]
+            instances[i as usize]
                 .as_ref()
                 .map_or(Aabb::EMPTY, |p| p.bounds)
         });
-        self.slack = placed
+        self.slack = instances
             .iter()
             .flatten()
-            .map(Placed::slack_per_metre)
+            .map(BlasInstance::slack_per_metre)
             .fold(0.0, f32::max);
     }
 
@@ -238,11 +238,11 @@ impl<'s> Tracer<'s> {
             .scene
             .instances
             .iter()
-            .zip(&self.placed)
+            .zip(&self.instances)
             .zip(&self.transforms)
             .filter_map(|((i, p), transform)| {
                 let p = p.as_ref()?;
-                let blas = match placed::flattens(transform) {
+                let blas = match blas_instance::flattens(transform) {
                     true => p.blas as usize,
                     false => i.mesh,
                 };
@@ -292,11 +292,11 @@ impl<'s> Tracer<'s> {
         world: &SlabRay,
         t_max: f32,
     ) -> bool {
-        let Some(placed) = &self.placed[instance as usize] else {
+        let Some(blas_instance) = &self.instances[instance as usize] else {
             return false;
         };
-        let ray = placed.ray(world);
-        self.blases[placed.blas as usize].occluded(with, &ray, t_max, |hit| {
+        let ray = blas_instance.ray(world);
+        self.blases[blas_instance.blas as usize].occluded(with, &ray, t_max, |hit| {
             self.is_opaque(instance, hit, false)
         })
     }
@@ -337,7 +337,7 @@ impl<'s> Tracer<'s> {
     /// [`Tracer::closest`] among triangles that `keep` wants: of an instance, by number, met from
     /// behind or not.
     pub fn closest_of(&self, ray: &Ray, keep: impl Fn(u32, u32, bool) -> bool) -> Option<Hit> {
-        self.closest_with(ray, &Kept(keep))
+        self.closest_with(ray, &HitFilter(keep))
     }
 
     #[inline(always)]
@@ -364,15 +364,15 @@ impl<'s> Tracer<'s> {
         let (mut stack, mut inner) = (wide::EMPTY_STACK, wide::EMPTY_STACK);
         let mut walk = self.top.walk_sorted(&mut stack);
         while let Some(instance) = walk.next(with, &world, t_max) {
-            let Some(placed) = &self.placed[instance as usize] else {
+            let Some(blas_instance) = &self.instances[instance as usize] else {
                 continue;
             };
-            let ray = placed.ray(&world);
+            let ray = blas_instance.ray(&world);
             let opaque = |hit: &TriangleHit| {
                 (!hit.masked || self.is_opaque(instance, hit, sides.windows()))
                     && sides.stop(instance, hit)
             };
-            let blas = &self.blases[placed.blas as usize];
+            let blas = &self.blases[blas_instance.blas as usize];
             if let Some(hit) = blas.closest(with, &ray, t_max, opaque, &mut inner) {
                 let TriangleHit {
                     t,
@@ -427,7 +427,7 @@ impl<'s> Tracer<'s> {
     /// The instance's box in world space, a rounding error larger than it need be; empty for an
     /// instance that nothing can hit or that does not exist.
     pub fn bounds(&self, instance: usize) -> Aabb {
-        self.placed
+        self.instances
             .get(instance)
             .and_then(|p| p.as_ref())
             .map_or(Aabb::EMPTY, |p| p.bounds)
@@ -436,15 +436,16 @@ impl<'s> Tracer<'s> {
     /// Whether geometry of the instance may come within `distance` metres of a point. It never
     /// misses any; it may say yes when only the box of a few triangles comes that near.
     pub fn within(&self, instance: usize, point: Vec3, distance: f32) -> bool {
-        let Some(Some(placed)) = self.placed.get(instance) else {
+        let Some(Some(blas_instance)) = self.instances.get(instance) else {
             return false;
         };
         let distance = distance + self.slack * point.abs().max_element();
-        if placed.bounds.distance_squared(point) > distance * distance * (1.0 + 1e-5) {
+        if blas_instance.bounds.distance_squared(point) > distance * distance * (1.0 + 1e-5) {
             return false;
         }
-        let point = Vec3::from(placed.point(point.to_array()));
-        self.blases[placed.blas as usize].within(point, distance * placed.stretch * (1.0 + 1e-5))
+        let point = Vec3::from(blas_instance.point(point.to_array()));
+        self.blases[blas_instance.blas as usize]
+            .within(point, distance * blas_instance.stretch * (1.0 + 1e-5))
     }
 }
 
@@ -471,9 +472,9 @@ impl Sides for AllSides {
     }
 }
 
-struct Kept<F>(F);
+struct HitFilter<F>(F);
 
-impl<F: Fn(u32, u32, bool) -> bool> Sides for Kept<F> {
+impl<F: Fn(u32, u32, bool) -> bool> Sides for HitFilter<F> {
     #[inline(always)]
     fn windows(&self) -> bool {
         false

@@ -17,7 +17,7 @@ impl Tracer<'_> {
     ///
     /// Rays start at `position`, moved off the surface along `geometric_normal`
     /// ([`super::offset`]). `normal`, which may come from a normal map or from smooth shading,
-    /// leans some rays below the surface: these count as blocked, as they would be by any body that
+    /// leans some rays below the surface: these count as blocked, as they would be by any closed surface that
     /// is not infinitely thin. Both normals are unit length and on the side that is asked about.
     ///
     /// No rays, or a point or normal that is not finite: 1.

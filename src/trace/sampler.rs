@@ -53,12 +53,12 @@ impl Patterns {
     }
 
     /// The directions about +Z for a seed, before they are turned, and the turn.
-    pub fn pick(&self, seed: u32) -> (&[Vec3], Turn) {
+    pub fn pick(&self, seed: u32) -> (&[Vec3], Rotation) {
         let h = hash(seed ^ 0x9e37_79b9);
         let pattern = h as usize % PATTERNS;
         let angle = std::f64::consts::TAU * unit(hash(h));
         let (sin, cos) = angle.sin_cos();
-        let turn = Turn {
+        let turn = Rotation {
             cos: cos as f32,
             sin: sin as f32,
         };
@@ -68,7 +68,7 @@ impl Patterns {
 
 /// A rotation about +Z.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
+pub struct Rotation {
     cos: f32,
     sin: f32,
 }
@@ -84,7 +84,7 @@ pub struct Frame {
 impl Frame {
     /// A right-handed orthonormal frame about a unit normal (Duff et al. 2017, *Building an
     /// Orthonormal Basis, Revisited*), turned about it.
-    pub fn new(normal: Vec3, turn: Turn) -> Frame {
+    pub fn new(normal: Vec3, turn: Rotation) -> Frame {
         let n = normal;
         let sign = 1.0f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -100,7 +100,7 @@ impl Frame {
 
     /// [`Frame::new`] without a turn.
     pub fn about(normal: Vec3) -> Frame {
-        Frame::new(normal, Turn { cos: 1.0, sin: 0.0 })
+        Frame::new(normal, Rotation { cos: 1.0, sin: 0.0 })
     }
 
     #[inline(always)]
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn frames_are_orthonormal_for_every_normal() {
-        let turn = Turn { cos: 0.8, sin: 0.6 };
+        let turn = Rotation { cos: 0.8, sin: 0.6 };
         let mut normals = vec![
             Vec3::Z,
             -Vec3::Z,

@@ -153,7 +153,7 @@ impl Tracer<'_> {
     fn brute_force(&self, ray: &Ray) -> Option<Hit> {
         let world = self.world_ray(ray)?;
         let mut best: Option<Hit> = None;
-        for (i, placed) in self.placed.iter().enumerate() {
+        for (i, placed) in self.instances.iter().enumerate() {
             let Some(placed) = placed else { continue };
             self.blases[placed.blas as usize].brute_force(&placed.ray(&world), ray.t_max, |hit| {
                 let TriangleHit {

@@ -9,7 +9,7 @@ struct Question {
 }
 
 @group(0) @binding(0) var<storage, read> questions: array<Question>;
-@group(0) @binding(1) var<storage, read_write> answers: array<Arriving>;
+@group(0) @binding(1) var<storage, read_write> answers: array<IncomingLight>;
 
 @compute @workgroup_size(64)
 fn ask(@builtin(global_invocation_id) id: vec3u) {
@@ -23,5 +23,5 @@ fn ask(@builtin(global_invocation_id) id: vec3u) {
     } else {
         radiance = trilinear(q.position);
     }
-    answers[id.x] = arriving(radiance, q.normal, q.view, q.roughness);
+    answers[id.x] = incoming_light(radiance, q.normal, q.view, q.roughness);
 }

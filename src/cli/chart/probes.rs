@@ -13,16 +13,17 @@ use crate::cli::progress::Progress;
 use crate::measure::chart::{Axis, Chart, Point, Series};
 use crate::measure::ddgi::Ddgi;
 use crate::measure::light::{
-    Seen, WARM_UP, from_ddgi, from_itself, from_paths, from_probes, settled_ddgi, through_a_stream,
+    FirstHits, WARM_UP, from_ddgi, from_itself, from_paths, from_probes, settled_ddgi,
+    through_a_stream,
 };
 use crate::measure::metrics::{Difference, psnr};
 use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
 use crate::probes::content::{Content, Request};
 use crate::probes::sample::Indirect;
-use crate::probes::server::Inside;
+use crate::probes::server::InsideGeometry;
 use crate::render::light::Interpolation;
-use crate::render::path::state::{self, Subject};
+use crate::render::path::state::{self, PictureId};
 use crate::render::path::{Options, Part, PathPicture};
 use crate::scene::Scene;
 use crate::trace::Tracer;
@@ -73,7 +74,7 @@ struct Parts {
 
 /// What all methods are scored against.
 struct Setting {
-    seen: Seen,
+    seen: FirstHits,
     reference: PathPicture,
     /// Radiance of the reference, all of it and the indirect part.
     all: Vec<Vec3>,
@@ -92,18 +93,18 @@ impl Setting {
     }
 }
 
-/// A few pixels where the coat's light and the base's are traced apart.
-struct Apart {
-    seen: Seen,
+/// A few pixels where the coat's light and the base's are traced separately.
+struct LightParts {
+    seen: FirstHits,
     all: Vec<Vec3>,
     right: Vec<Indirect>,
     exposure: f32,
 }
 
-impl Apart {
-    fn new(scored: &Setting, paths: &PathTracer, samples: u32) -> Apart {
+impl LightParts {
+    fn new(scored: &Setting, paths: &PathTracer, samples: u32) -> LightParts {
         let seen = scored.seen.every(STEP);
-        Apart {
+        LightParts {
             all: scored.seen.pick(&scored.all, STEP),
             right: seen.numbered(|i, surface| from_paths(paths, surface, i, samples)),
             exposure: scored.exposure,
@@ -152,12 +153,12 @@ struct Variant {
     request: Request,
 }
 
-/// What is compared: probes in bodies left out or kept as in the paper; fewer texels of visibility; and
+/// What is compared: probes inside geometry disabled or kept as in the paper; fewer texels of visibility; and
 /// more probes for the same number of rays.
 fn variants(request: &Request) -> [Variant; 4] {
     let with = |change: &dyn Fn(&mut Request)| {
         let mut request = Request {
-            settle: 0,
+            warm_up: 0,
             ..*request
         };
         change(&mut request);
@@ -165,28 +166,28 @@ fn variants(request: &Request) -> [Variant; 4] {
     };
     [
         Variant {
-            name: "absent in bodies",
-            file: "absent",
-            request: with(&|r| r.server.inside = Inside::Absent),
+            name: "disabled inside geometry",
+            file: "disabled",
+            request: with(&|r| r.server.inside = InsideGeometry::Disabled),
         },
         Variant {
-            name: "through bodies",
-            file: "through",
-            request: with(&|r| r.server.inside = Inside::Through),
+            name: "kept inside geometry",
+            file: "kept",
+            request: with(&|r| r.server.inside = InsideGeometry::Kept),
         },
         Variant {
-            name: "through, 8x8 texels",
-            file: "through_8",
+            name: "kept, 8x8 texels",
+            file: "kept_8",
             request: with(&|r| {
-                r.server.inside = Inside::Through;
+                r.server.inside = InsideGeometry::Kept;
                 r.server.visibility = 8;
             }),
         },
         Variant {
-            name: "through, 8 times the probes, same rays",
+            name: "kept, 8 times the probes, same rays",
             file: "denser",
             request: with(&|r| {
-                r.server.inside = Inside::Through;
+                r.server.inside = InsideGeometry::Kept;
                 r.dims = r.dims.map(|d| d.saturating_mul(2));
                 r.server.samples = r.server.samples.div_ceil(8);
             }),
@@ -212,9 +213,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let paths = PathTracer::new(&scene, &pose, &tracer, request.sky);
 
     let options = Options::default();
-    let subject = Subject::new(&scene, time, &camera, &options, &request.sky, true);
+    let id = PictureId::new(&scene, time, &camera, &options, &request.sky, true);
     let file = args.output.join("reference.state");
-    let mut reference = state::load(&file, width, height, &subject)?;
+    let mut reference = state::load(&file, width, height, &id)?;
     let wanted = args.reference.div_ceil(2);
     let bar = Progress::new(
         "Tracing the reference",
@@ -226,26 +227,26 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         reference.add(&paths, &camera, &options, samples, &|rows| {
             bar.step(rows * u64::from(samples));
         });
-        state::save(&file, &reference, &subject)?;
+        state::save(&file, &reference, &id)?;
     }
     drop(bar);
     let all = reference.light(Part::All);
     let scored = Setting {
-        seen: Seen::new(&paths, &camera, width, height),
+        seen: FirstHits::new(&paths, &camera, width, height),
         exposure: args.exposure.unwrap_or_else(|| exposure(&all)),
         indirect: reference.light(Part::Indirect),
         all,
         reference,
     };
-    let apart = Apart::new(&scored, &paths, args.parts);
+    let light_parts = LightParts::new(&scored, &paths, args.parts);
 
     let none = scored.seen.indirect(|_| Indirect::default());
     let mut rows = vec![row("direct light alone", &scored, &none)?];
     let itself = |i: u32, surface: &_| from_itself(&paths, surface, i, args.parts);
     let at_surfaces = "degree 2 at the surface itself";
-    let mut parts = vec![apart.parts(at_surfaces, &apart.seen.numbered(itself))?];
+    let mut parts = vec![light_parts.parts(at_surfaces, &light_parts.seen.numbered(itself))?];
 
-    let frames = request.settle.max(1);
+    let frames = request.warm_up.max(1);
     let variants = variants(&request);
     let all_frames = u64::from(WARM_UP) + (variants.len() as u64 + 1) * u64::from(frames);
     let bar = Progress::new("Probes and DDGI", all_frames);
@@ -278,7 +279,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 bytes: Some([sent.bytes_first, visibility]),
                 ..row(&method, &scored, &indirect)?
             });
-            parts.push(apart.parts(&method, &apart.seen.indirect(look))?);
+            parts.push(light_parts.parts(&method, &light_parts.seen.indirect(look))?);
             picture(args, &scored, &indirect, &format!("{}_{how}", variant.file))?;
         }
     }
@@ -297,7 +298,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         bytes: Some([light, distances]),
         ..row("DDGI", &scored, &indirect)?
     });
-    parts.push(apart.parts("DDGI", &apart.seen.indirect(look))?);
+    parts.push(light_parts.parts("DDGI", &light_parts.seen.indirect(look))?);
     picture(args, &scored, &indirect, "ddgi")?;
     picture(args, &scored, &none, "direct")?;
     let developed = scored.seen.picture(&scored.all, scored.exposure);
@@ -305,18 +306,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
     let mut tables = vec![
         accuracy(&scene, &rows, &scored, args),
-        apart_table(&scene, &parts, args.parts),
+        light_parts_table(&scene, &parts, args.parts),
     ];
     if let Some(frames) = args.encode.frames {
         let fps = args.encode.fps.hz();
         tables.push(rates::rates(&scene, &request, time, fps, frames)?);
     }
-    let knobs = match args.curves {
+    let sweep = match args.curves {
         true => curves::curves(&scene, &scored, &request, time)?,
         false => Vec::new(),
     };
     let mut charts = vec![by_size(&rows), by_time(&rows), lobe::lobe()];
-    charts.extend(curves::charts(&knobs, &rows));
+    charts.extend(curves::charts(&sweep, &rows));
     let names = ["size", "time", "lobe", "degree", "samples", "hysteresis"];
     for (chart, name) in charts.iter().zip(names) {
         save(&args.output.join(format!("{name}.svg")), &chart.to_svg())?;
@@ -347,7 +348,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ],
         ..Report::default()
     };
-    write(&page, &(&rows, &parts, &knobs), &args.output)?;
+    write(&page, &(&rows, &parts, &sweep), &args.output)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -453,7 +454,7 @@ fn accuracy(scene: &Scene, rows: &[Row], scored: &Setting, args: &Args) -> Table
     }
 }
 
-fn apart_table(scene: &Scene, parts: &[Parts], samples: u32) -> Table {
+fn light_parts_table(scene: &Scene, parts: &[Parts], samples: u32) -> Table {
     let columns = [
         "method",
         "picture (dB)",

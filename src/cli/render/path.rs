@@ -7,7 +7,7 @@ use crate::cli::output::Sink;
 use crate::cli::progress::Progress;
 use crate::measure::metrics::psnr;
 use crate::render::Picture;
-use crate::render::path::state::{self, Subject};
+use crate::render::path::state::{self, PictureId};
 use crate::render::path::{Options, Part, PathPicture, direct};
 use crate::render::tone::develop;
 use crate::scene::{CameraPose, Pose, Scene};
@@ -113,9 +113,9 @@ pub fn picture(
         let light = direct(&tracer, camera, args.view.size, &options, own.samples);
         (light, "direct light, ray-traced shadows".to_owned())
     } else {
-        let subject = Subject::new(scene, pose.time, camera, &options, &sky, !own.no_coats);
+        let id = PictureId::new(scene, pose.time, camera, &options, &sky, !own.no_coats);
         let mut picture = match &own.state {
-            Some(path) => state::load(path, width, height, &subject)?,
+            Some(path) => state::load(path, width, height, &id)?,
             None => PathPicture::new(width, height),
         };
         let before = picture.samples();
@@ -128,7 +128,7 @@ pub fn picture(
                 progress.step(rows * u64::from(samples));
             });
             if let Some(path) = &own.state {
-                state::save(path, &picture, &subject)?;
+                state::save(path, &picture, &id)?;
             }
         }
         let part = match own.part {

@@ -5,7 +5,7 @@ use super::{Args, Method};
 use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::Progress;
-use crate::measure::light::{Seen, WARM_UP, from_ddgi, settled_ddgi};
+use crate::measure::light::{FirstHits, WARM_UP, from_ddgi, settled_ddgi};
 use crate::points::client::Client;
 use crate::probes::client::ProbesVolume;
 use crate::probes::server::Options;
@@ -108,6 +108,6 @@ fn by_ddgi(
     let bar = Progress::new("DDGI", u64::from(WARM_UP + FRAMES));
     let (ddgi, _) = settled_ddgi(&paths, &place, &Options::default(), FRAMES, &|| bar.step(1));
     let (width, height) = args.view.size;
-    let seen = Seen::new(&paths, camera, width, height);
+    let seen = FirstHits::new(&paths, camera, width, height);
     seen.indirect(|surface| from_ddgi(&ddgi, surface))
 }

@@ -1,4 +1,4 @@
-//! How densely each mesh is covered where nobody asks for a density.
+//! The default density of points on each mesh.
 //!
 //! All have the density that suits the scene's size, but for those too small to get points enough
 //! from it, and the largest where all together would have too many.

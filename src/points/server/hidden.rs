@@ -1,7 +1,7 @@
 //! Which points stand for nothing that can be seen.
 //!
 //! A point's AO is used for fragments up to the interpolation radius r away. Under a decal, between
-//! the shells of a double wall or inside a closed body, points are dark because of a surface that hides
+//! the shells of a double wall or inside closed geometry, points are dark because of a surface that hides
 //! them from view, and they darken the open surface beside. Three signs tell them:
 //!
 //! - no ray leaves: the AO is below [`Options::min_ao`];

@@ -40,7 +40,7 @@ pub(super) fn track(
     let deforms = scene.is_deformed_instance(instance);
     let posed = deforms && options.space == Space::Posed;
     let mesh = &scene.meshes[template.mesh];
-    let sites = &template.placement.sites;
+    let points = &template.placement.points;
     let scale = if deforms && !posed {
         template.scale * stored_scale(scene, rest, instance)
     } else {
@@ -52,7 +52,7 @@ pub(super) fn track(
         poses
             .filter_map(|pose| pose.deformed[instance].as_ref())
             .map(|d| {
-                sites
+                points
                     .iter()
                     .map(|s| scale * s.on(&mesh.triangles, &d.positions))
                     .collect()
@@ -61,7 +61,7 @@ pub(super) fn track(
     } else {
         // Vertices as stored: what a client has at hand without posing the mesh.
         vec![
-            sites
+            points
                 .iter()
                 .map(|s| scale * s.on(&mesh.triangles, &mesh.positions))
                 .collect(),
@@ -116,7 +116,7 @@ pub(super) fn track(
     // A point that never moves needs no spare cells; cells that move do.
     grid.cell_capacity = if posed { most + most / 2 + 64 } else { most };
 
-    let points = sites.len();
+    let point_count = points.len();
     let chunks = template.chunks.bounds.len();
     Ok(Track {
         instance,
@@ -125,15 +125,15 @@ pub(super) fn track(
         posed,
         deforms,
         movable: is_movable(scene, instance),
-        store: Store::new(grid, points, options.overflow),
-        sent_ao: vec![0; points],
-        hidden: vec![false; points],
+        store: Store::new(grid, point_count, options.overflow),
+        sent_ao: vec![0; point_count],
+        hidden: vec![false; point_count],
         sent_at: if posed {
-            vec![(Vec3::ZERO, Vec3::ZERO); points]
+            vec![(Vec3::ZERO, Vec3::ZERO); point_count]
         } else {
             Vec::new()
         },
-        stale: vec![false; points],
+        stale: vec![false; point_count],
         stale_chunks: Vec::new(),
         chunk_is_stale: vec![false; chunks],
         template,
@@ -265,7 +265,7 @@ pub(super) fn templates(
             let triangles = &scene.meshes[mesh].triangles;
             let shape = rest.shape(scene, instance);
             let positions: Vec<Vec3> = placement
-                .sites
+                .points
                 .iter()
                 .map(|s| s.on(triangles, shape))
                 .collect();
@@ -303,7 +303,7 @@ fn check_candidates(scene: &Scene, area: f64, candidates: f64) -> Result<()> {
     if candidates <= MAX_CANDIDATES {
         return Ok(());
     }
-    let mend = if area.is_finite() {
+    let remedy = if area.is_finite() {
         format!(
             "; lower the density to at most {:.3e}",
             MAX_CANDIDATES / area
@@ -313,7 +313,7 @@ fn check_candidates(scene: &Scene, area: f64, candidates: f64) -> Result<()> {
     };
     Err(Error::Invalid(format!(
         "{}: {area:.3e} m2 of surface at {} candidates per m2 make more than {MAX_CANDIDATES} \
-         candidates{mend}",
+         candidates{remedy}",
         scene.name,
         (candidates / area) as f32
     )))

@@ -25,7 +25,7 @@ use layout::{is_movable, placing_pose, templates};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use track::Traced;
+use track::TracedPoint;
 
 /// Poses looked at to size the grid of a deforming mesh.
 const SAMPLED_POSES: usize = 48;
@@ -97,7 +97,7 @@ impl<'s> Server<'s> {
             .into_par_iter()
             .filter_map(|i| {
                 let template = templates.of_instance[i].clone()?;
-                (!template.placement.sites.is_empty())
+                (!template.placement.points.is_empty())
                     .then(|| layout::track(scene, &rest, &samples, i, template, &options))
             })
             .collect::<Result<_>>()?;
@@ -134,7 +134,7 @@ impl<'s> Server<'s> {
         self.scene
     }
 
-    /// A copy that goes its own way: the points keep their values, nothing is traced again.
+    /// A clone with its traced values; nothing is traced again.
     pub fn fork(&self) -> Self {
         Server {
             scene: self.scene,
@@ -244,14 +244,15 @@ impl<'s> Server<'s> {
             progress(k * BLOCK, chosen.len());
             let clock = Instant::now();
             let (tracks, tracer, pose) = (&self.tracks, &self.tracer, &self.pose);
-            let traced: Vec<Traced> = block
+            let traced: Vec<TracedPoint> = block
                 .par_iter()
                 .map(|&(t, point)| {
                     let track = &tracks[t];
-                    let site = &track.template.placement.sites[point as usize];
-                    let triangle = site.triangle as usize;
-                    let mut at = scene.surface(pose, track.instance, triangle, site.u, site.v);
-                    if site.back {
+                    let on_mesh = &track.template.placement.points[point as usize];
+                    let triangle = on_mesh.triangle as usize;
+                    let mut at =
+                        scene.surface(pose, track.instance, triangle, on_mesh.u, on_mesh.v);
+                    if on_mesh.back {
                         at = at.flipped();
                     }
                     let mut rays = 0;
@@ -271,7 +272,7 @@ impl<'s> Server<'s> {
                     } else {
                         (at.mesh_position, at.mesh_normal)
                     };
-                    Traced {
+                    TracedPoint {
                         track: t,
                         point,
                         openness,

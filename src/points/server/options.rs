@@ -1,4 +1,4 @@
-//! What a server can be asked for.
+//! The options of the server.
 
 use super::hidden;
 use crate::codec::points::PointWidths;
@@ -16,7 +16,7 @@ pub enum Space {
     Rest,
 }
 
-/// What the server is asked for.
+/// The options of the server.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     pub density: Density,
@@ -49,7 +49,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// The options for a scene where nobody asks for others: density and distance follow its size.
+    /// The default options of a scene: density and distance follow its size.
     pub fn for_scene(scene: &Scene) -> Options {
         let scale = scene.length_scale();
         let paper = Options::default();

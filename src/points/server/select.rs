@@ -57,7 +57,7 @@ impl Server<'_> {
         };
         for track in self.tracks.iter_mut().filter(|t| t.movable) {
             let own = track.instance;
-            // What a body hides of itself changes with its scale.
+            // Self-occlusion changes with the scale.
             let rescaled = || !same_scale(&other.world_from_mesh[own], &pose.world_from_mesh[own]);
             if is_mover[own] && (track.deforms || rescaled()) {
                 track.mark_all();
@@ -122,8 +122,8 @@ impl Server<'_> {
                                 None => track.template.positions[p as usize],
                                 Some(d) => {
                                     let mesh = &self.scene.meshes[track.template.mesh];
-                                    let site = &track.template.placement.sites[p as usize];
-                                    site.on(&mesh.triangles, &d.positions)
+                                    let on_mesh = &track.template.placement.points[p as usize];
+                                    on_mesh.on(&mesh.triangles, &d.positions)
                                 }
                             };
                             f.contains(world.transform_point3(at))

@@ -25,7 +25,7 @@ pub(super) struct Template {
     pub(super) scale: Mat3,
     pub(super) density: Density,
     pub(super) placement: Placement,
-    /// Mesh-space position of each site in the rest pose.
+    /// Mesh-space position of each point in the rest pose.
     pub(super) positions: Vec<Vec3>,
     pub(super) chunks: Chunks,
 }
@@ -56,7 +56,7 @@ pub struct Track {
 
 impl Track {
     pub fn points(&self) -> usize {
-        self.template.placement.sites.len()
+        self.template.placement.points.len()
     }
 
     pub fn candidates(&self) -> usize {
@@ -113,7 +113,7 @@ impl Track {
     }
 }
 /// A point as the tracing stage sees it.
-pub(super) struct Traced {
+pub(super) struct TracedPoint {
     pub(super) track: usize,
     pub(super) point: u32,
     pub(super) openness: Openness,
@@ -124,7 +124,7 @@ pub(super) struct Traced {
 
 impl Track {
     /// Stores a traced point if it differs enough from what was last sent (PSAO §3.3).
-    pub(super) fn apply(&mut self, p: &Traced, options: &Options) -> bool {
+    pub(super) fn apply(&mut self, p: &TracedPoint, options: &Options) -> bool {
         let i = p.point as usize;
         let ao = (p.openness.ao * 255.0).round() as u8;
         let had = self.store.has(p.point);

@@ -1,7 +1,7 @@
 //! The server: keeps the light at every probe up to date (DDISH-GI §3.1).
 //!
 //! A frame sends rays from every probe, fits an expansion to what arrives ([`projection`]), mixes it
-//! with what the probe remembers ([`history`]) and finds probes inside bodies ([`sight`]). What arrives
+//! with what the probe remembers ([`history`]) and finds probes inside geometry ([`sight`]). What arrives
 //! along a ray is the caller's: a path tracer, or a formula. Where rays start and how far probes see
 //! is measured once, from the geometry alone ([`Server::measure_geometry`]).
 
@@ -17,7 +17,7 @@ use super::sh::{L2, MAX_DEGREE};
 use super::visibility::{SIDES, Visibility};
 use super::volume::{Volume, spiral};
 use crate::points::rng::Rng;
-pub use crate::trace::path::Arrived;
+pub use crate::trace::path::IncomingRadiance;
 use crate::{Error, Result};
 use glam::Vec3;
 use history::History;
@@ -28,28 +28,28 @@ use std::time::{Duration, Instant};
 /// Reach of the visibility block in diagonals of a cell: a point within the grid asks probes at most
 /// one diagonal away, and the rest is for the bias and for points outside.
 const RANGE: f32 = 1.5;
-/// A probe inside a body is asked again every so many frames.
-const ABSENT_PERIOD: u32 = 8;
+/// A disabled probe is traced again every so many frames.
+const DISABLED_PERIOD: u32 = 8;
 
-/// What becomes of probes inside bodies. Light passes the backs of single-sided materials in both.
+/// What is done with probes inside geometry. Light passes the backs of single-sided materials in both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Inside {
-    /// They are found, are absent from the stream, and see no farther than the backs about them: no
-    /// light comes through a body.
+pub enum InsideGeometry {
+    /// They are detected and left out of the stream, and see no farther than the backs around them: no
+    /// light leaks through geometry.
     #[default]
-    Absent,
-    /// They stand there as though the body about them were not, as in DDISH-GI §5: the surfaces on
-    /// both of its sides have probes behind them, and light may pass from one to the other.
-    Through,
+    Disabled,
+    /// They ignore the geometry around them, as in DDISH-GI §5: surfaces on both of its sides have
+    /// probes behind them, and light may leak from one side to the other.
+    Kept,
 }
 
-/// What the server is asked for.
+/// The options of the server.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Rays a probe and frame.
     pub samples: u32,
     pub hysteresis: Hysteresis,
-    pub inside: Inside,
+    pub inside: InsideGeometry,
     /// Degree of the expansions, 0 to 4; the format holds 2.
     pub degree: usize,
     /// A probe is given out anew when a coefficient differs from what was given out last by more
@@ -65,7 +65,7 @@ impl Default for Options {
         Options {
             samples: 256,
             hysteresis: Hysteresis::Fixed(0.99),
-            inside: Inside::Absent,
+            inside: InsideGeometry::Disabled,
             degree: 2,
             threshold: 1.0 / 512.0,
             visibility: 16,
@@ -89,7 +89,7 @@ pub struct Draw {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tick {
     pub rays: u64,
-    /// Probes that are not inside bodies.
+    /// Probes that are not disabled.
     pub present: usize,
     /// Probes to send: light or presence differ from what was given out last.
     pub changed: usize,
@@ -235,10 +235,10 @@ impl Server {
         self.codes = codes;
     }
 
-    /// One frame. `arrive(origin, direction, draw)` is the light that arrives at `origin` from unit
+    /// One frame. `arrive(origin, direction, draw)` is the light that reaches `origin` from unit
     /// `direction`, both in world space; a sample that is not finite counts as black. It is called
     /// from many threads, and the result depends on what it returns alone.
-    pub fn update(&mut self, arrive: impl Fn(Vec3, Vec3, Draw) -> Arrived + Sync) -> Tick {
+    pub fn update(&mut self, arrive: impl Fn(Vec3, Vec3, Draw) -> IncomingRadiance + Sync) -> Tick {
         let clock = Instant::now();
         let near = self.volume.lattice.spacing.length();
         let (options, frame) = (&self.options, self.frame);
@@ -252,12 +252,12 @@ impl Server {
                 probe.changed = false;
                 probe.rays = 0;
                 let asleep = frame > 0 && !probe.presence.present;
-                if asleep && (frame.wrapping_add(number as u32)) % ABSENT_PERIOD != 0 {
+                if asleep && (frame.wrapping_add(number as u32)) % DISABLED_PERIOD != 0 {
                     return;
                 }
                 let origin = starts[number];
                 let directions = turned(pattern, options.seed, number, frame);
-                let arrived: Vec<Arrived> = directions
+                let incoming: Vec<IncomingRadiance> = directions
                     .iter()
                     .zip(0..)
                     .map(|(d, sample)| {
@@ -269,8 +269,8 @@ impl Server {
                         arrive(origin, *d, draw)
                     })
                     .collect();
-                probe.rays = arrived.len() as u32;
-                probe.take(&directions, &arrived, near, options);
+                probe.rays = incoming.len() as u32;
+                probe.take(&directions, &incoming, near, options);
             });
 
         self.frame = self.frame.wrapping_add(1);
@@ -287,16 +287,22 @@ impl Server {
 
 impl Probe {
     /// Takes in the rays of a frame.
-    fn take(&mut self, directions: &[Vec3], arrived: &[Arrived], near: f32, options: &Options) {
+    fn take(
+        &mut self,
+        directions: &[Vec3],
+        incoming: &[IncomingRadiance],
+        near: f32,
+        options: &Options,
+    ) {
         let was_present = self.presence.present;
-        if options.inside == Inside::Absent {
-            self.presence.update(arrived, near);
+        if options.inside == InsideGeometry::Disabled {
+            self.presence.update(incoming, near);
         }
         if !was_present && self.presence.present {
             self.history.forget();
         }
         let finite = |v: Vec3| if v.is_finite() { v } else { Vec3::ZERO };
-        let samples: Vec<Vec3> = arrived.iter().map(|a| finite(a.radiance)).collect();
+        let samples: Vec<Vec3> = incoming.iter().map(|a| finite(a.radiance)).collect();
         let estimate = projection::fit(options.degree, directions, &samples);
         self.dropped = self
             .history

@@ -1,7 +1,7 @@
-//! What a probe's rays tell of the geometry about it: whether it stands inside a body, from where its
-//! rays start, and how far it sees in which direction.
+//! Geometry around a probe, measured by its rays: whether the probe lies inside geometry, from where
+//! its rays start, and how far it sees in each direction.
 
-use super::Arrived;
+use super::IncomingRadiance;
 use crate::probes::lattice::Lattice;
 use crate::probes::sample::{NORMAL_BIAS, VIEW_BIAS};
 use crate::probes::visibility::texel_direction;
@@ -14,9 +14,9 @@ const INSIDE: f32 = 0.25;
 const MARGIN: f32 = 0.05;
 /// From this share on it stands inside whatever else it sees: the floor, in a box that stands on it
 /// and has no bottom. Beside a wall that is a sheet it stays below.
-const BURIED: f32 = 0.5;
+const SURELY_INSIDE: f32 = 0.5;
 /// Share of rays that meet a front face within a cell from which a probe lights something in the open
-/// and is kept: bodies that are open sheets show their back there.
+/// and is kept: open sheets show their back there.
 const OPEN: f32 = 0.05;
 /// Frames in a row that must speak against a decision to turn it.
 const HOLD: u8 = 3;
@@ -42,12 +42,12 @@ impl Default for Presence {
 impl Presence {
     /// Takes in a frame's rays; `near` is the length of a cell's diagonal in metres. No rays decide
     /// nothing.
-    pub fn update(&mut self, arrived: &[Arrived], near: f32) {
-        if arrived.is_empty() {
+    pub fn update(&mut self, incoming: &[IncomingRadiance], near: f32) {
+        if incoming.is_empty() {
             return;
         }
-        let share = |test: &dyn Fn(&Arrived) -> bool| {
-            arrived.iter().filter(|a| test(a)).count() as f32 / arrived.len() as f32
+        let share = |test: &dyn Fn(&IncomingRadiance) -> bool| {
+            incoming.iter().filter(|a| test(a)).count() as f32 / incoming.len() as f32
         };
         let back = share(&|a| a.back_face);
         let open = share(&|a| !a.back_face && a.distance <= near);
@@ -58,7 +58,7 @@ impl Presence {
             (true, false) => -MARGIN,
         };
         let inside =
-            back > BURIED + margin || (back > INSIDE + margin && open < OPEN - 0.5 * margin);
+            back > SURELY_INSIDE + margin || (back > INSIDE + margin && open < OPEN - 0.5 * margin);
         if inside != self.present {
             self.contrary = 0;
         } else if !self.decided {

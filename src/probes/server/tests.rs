@@ -25,8 +25,8 @@ pub(super) fn plain() -> Options {
     }
 }
 
-fn light(radiance: Vec3) -> Arrived {
-    Arrived {
+fn light(radiance: Vec3) -> IncomingRadiance {
+    IncomingRadiance {
         radiance,
         distance: 1.0,
         back_face: false,
@@ -43,7 +43,7 @@ fn rng(draw: Draw) -> Rng {
 }
 
 /// Uniform noise of mean 1 and standard deviation 0.58 about a value.
-fn noisy(value: f32, draw: Draw) -> Arrived {
+fn noisy(value: f32, draw: Draw) -> IncomingRadiance {
     light(Vec3::splat(value * 2.0 * rng(draw).unit()))
 }
 
@@ -274,7 +274,7 @@ fn threads_change_nothing() {
                 back_face: d.x > 0.9,
             });
             for _ in 0..12 {
-                server.update(|o, d, draw| Arrived {
+                server.update(|o, d, draw| IncomingRadiance {
                     radiance: (d + o) * rng(draw).unit(),
                     distance: rng(draw).unit() * 2.0,
                     back_face: draw.probe % 7 == 0,
@@ -362,7 +362,7 @@ fn presence_does_not_flicker() {
     let mut turns = 0;
     let mut last = Vec::new();
     for _ in 0..200 {
-        server.update(|_, _, draw| Arrived {
+        server.update(|_, _, draw| IncomingRadiance {
             radiance: Vec3::ONE,
             distance: 100.0,
             back_face: rng(draw).unit() < 0.25,
@@ -375,7 +375,7 @@ fn presence_does_not_flicker() {
     // But what is plainly inside is found, and what comes out again, too.
     for (share, expected) in [(0.5, false), (0.1, true)] {
         for _ in 0..40 {
-            server.update(|_, _, draw| Arrived {
+            server.update(|_, _, draw| IncomingRadiance {
                 radiance: Vec3::ONE,
                 distance: 100.0,
                 back_face: rng(draw).unit() < share,

@@ -66,7 +66,7 @@ fn glowing<'a>(
     pose: &'a Pose,
     tracer: &'a Tracer,
     glow: impl Fn(Vec3) -> f32 + Sync + 'a,
-) -> impl Fn(Vec3, Vec3, Draw) -> Arrived + Sync + 'a {
+) -> impl Fn(Vec3, Vec3, Draw) -> IncomingRadiance + Sync + 'a {
     move |origin, direction, _| {
         let ray = Ray {
             origin,
@@ -74,7 +74,7 @@ fn glowing<'a>(
             t_max: f32::INFINITY,
         };
         let Some(hit) = tracer.closest(&ray) else {
-            return Arrived {
+            return IncomingRadiance {
                 radiance: Vec3::ZERO,
                 distance: f32::INFINITY,
                 back_face: false,
@@ -84,7 +84,7 @@ fn glowing<'a>(
         let at = scene.surface(pose, instance, triangle, hit.u, hit.v);
         let back_face = at.geometric_normal.dot(direction) > 0.0;
         let value = if back_face { 0.0 } else { glow(at.position) };
-        Arrived {
+        IncomingRadiance {
             radiance: Vec3::splat(value),
             distance: hit.t,
             back_face,
@@ -139,9 +139,9 @@ fn probes_in_a_solid_box_are_found_and_stay_found() {
     }
 }
 
-/// The same box when probes see through it: all are present, and one in the box sees the room.
+/// The same box with `Kept`: all probes are present, and the one in the box sees the room.
 #[test]
-fn probes_that_see_through_bodies_are_all_there() {
+fn kept_probes_are_all_present() {
     let (low, high) = (Vec3::splat(-0.7), Vec3::splat(0.7));
     let room = cuboid(Vec3::splat(-2.0), Vec3::splat(2.0), true);
     let (scene, pose) = scene(vec![room, cuboid(low, high, false)]);
@@ -160,8 +160,8 @@ fn probes_that_see_through_bodies_are_all_there() {
         };
         let mut server = Server::new(volume, options).expect("a server");
         server.measure_geometry(|origin, direction| match inside {
-            Inside::Absent => nearest(&tracer)(origin, direction),
-            Inside::Through => Nearest {
+            InsideGeometry::Disabled => nearest(&tracer)(origin, direction),
+            InsideGeometry::Kept => Nearest {
                 distance: paths
                     .first(origin, direction, true)
                     .0
@@ -177,8 +177,8 @@ fn probes_that_see_through_bodies_are_all_there() {
         let share = server.visibility().expect("a block").share(13, Vec3::X);
         (present, share)
     };
-    assert_eq!(see(Inside::Through), (27, 1.0));
-    let (present, share) = see(Inside::Absent);
+    assert_eq!(see(InsideGeometry::Kept), (27, 1.0));
+    let (present, share) = see(InsideGeometry::Disabled);
     assert!(present == 26 && share < 0.01, "{present} {share}");
 }
 
@@ -240,7 +240,7 @@ fn probes_in_a_face_see_its_open_side() {
         server.update(|origin, direction, _| {
             assert!(origin.y > 1e-3 && origin.y < 1.1, "{origin}");
             let met = nearest(&tracer)(origin, direction);
-            Arrived {
+            IncomingRadiance {
                 radiance: Vec3::ONE,
                 distance: met.distance,
                 back_face: met.back_face,

@@ -1,10 +1,10 @@
-//! A picture in the making as a file, so that hours of samples survive an interruption.
+//! An unfinished picture as a file, so that hours of samples survive an interruption.
 //!
 //! Little-endian: magic `DAPPLEPT`, version, width, height, samples a half (u32 each), three
-//! checksums of what the picture is of ([`Subject`]), then 12 f64 a pixel (two halves, two parts,
+//! checksums that identify what the picture shows ([`PictureId`]), then 12 f64 a pixel (two halves, two parts,
 //! RGB) and the CRC-32C of all before. A file is replaced as a whole or not at all.
 
-use super::{Half, Options, PathPicture};
+use super::{Options, PathPicture, SampleSums};
 use crate::codec::container::crc32c;
 use crate::scene::{CameraPose, Scene};
 use crate::trace::path::Sky;
@@ -17,16 +17,16 @@ const VERSION: u32 = 1;
 const HEADER: usize = 8 + 4 * 7;
 const PIXEL: usize = 12 * 8;
 
-/// What a picture is of: samples of different subjects must not be mixed. Checksums, so that a
+/// Identifies what a picture shows: samples of different pictures must not be mixed. Checksums, so that a
 /// mistake is found, not an attack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Subject {
+pub struct PictureId {
     scene: u32,
     camera: u32,
     options: u32,
 }
 
-impl Subject {
+impl PictureId {
     /// `time` in seconds, `coats` as [`crate::trace::path::PathTracer::without_coats`] has it.
     pub fn new(
         scene: &Scene,
@@ -35,7 +35,7 @@ impl Subject {
         options: &Options,
         sky: &Sky,
         coats: bool,
-    ) -> Subject {
+    ) -> PictureId {
         let mut of_scene = scene.name.clone().into_bytes();
         for mesh in &scene.meshes {
             of_scene.extend_from_slice(bytemuck::cast_slice(&mesh.positions));
@@ -45,7 +45,7 @@ impl Subject {
         of_scene.extend(format!("{:?} {:?}", scene.nodes, scene.lights).bytes());
         let of_camera = format!("{time:?} {camera:?}");
         let of_options = format!("{options:?} {sky:?} {coats}");
-        Subject {
+        PictureId {
             scene: crc32c(&of_scene),
             camera: crc32c(of_camera.as_bytes()),
             options: crc32c(of_options.as_bytes()),
@@ -57,7 +57,7 @@ impl Subject {
 ///
 /// # Errors
 /// As [`files::write`].
-pub fn save(path: &Path, picture: &PathPicture, subject: &Subject) -> Result<()> {
+pub fn save(path: &Path, picture: &PathPicture, id: &PictureId) -> Result<()> {
     let mut bytes = Vec::with_capacity(HEADER + picture.halves[0].direct.len() * PIXEL + 4);
     bytes.extend_from_slice(MAGIC);
     for number in [
@@ -65,9 +65,9 @@ pub fn save(path: &Path, picture: &PathPicture, subject: &Subject) -> Result<()>
         picture.width,
         picture.height,
         picture.samples,
-        subject.scene,
-        subject.camera,
-        subject.options,
+        id.scene,
+        id.camera,
+        id.options,
     ] {
         bytes.extend_from_slice(&number.to_le_bytes());
     }
@@ -82,13 +82,13 @@ pub fn save(path: &Path, picture: &PathPicture, subject: &Subject) -> Result<()>
     files::write(path, &bytes)
 }
 
-/// Reads the state of a picture of `width` x `height` pixels of `subject`; an empty picture where
+/// Reads the state of a picture `id` of `width` x `height` pixels; an empty picture where
 /// there is no such file.
 ///
 /// # Errors
 /// `Io` where the file cannot be read, `Invalid` where it is damaged, no such file, or of another
 /// picture.
-pub fn load(path: &Path, width: u32, height: u32, subject: &Subject) -> Result<PathPicture> {
+pub fn load(path: &Path, width: u32, height: u32, id: &PictureId) -> Result<PathPicture> {
     let mut picture = PathPicture::new(width, height);
     let bytes = match std::fs::read(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(picture),
@@ -117,15 +117,15 @@ pub fn load(path: &Path, width: u32, height: u32, subject: &Subject) -> Result<P
         let what = format!("the state is of a picture of {w}x{h} pixels, not {width}x{height}");
         return refuse(&what);
     }
-    let found = Subject {
+    let found = PictureId {
         scene,
         camera,
         options,
     };
-    if found != *subject {
-        let other = if found.scene != subject.scene {
+    if found != *id {
+        let other = if found.scene != id.scene {
             "of another scene"
-        } else if found.camera != subject.camera {
+        } else if found.camera != id.camera {
             "from another camera or time"
         } else {
             "with other options"
@@ -149,7 +149,7 @@ pub fn load(path: &Path, width: u32, height: u32, subject: &Subject) -> Result<P
             .collect()
     };
     for half in &mut picture.halves {
-        *half = Half {
+        *half = SampleSums {
             direct: sums(pixels),
             indirect: sums(pixels),
         };

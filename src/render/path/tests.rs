@@ -1,6 +1,6 @@
 //! Pictures by paths: their parts, their noise, their files.
 
-use super::state::{Subject, load, save};
+use super::state::{PictureId, load, save};
 use super::*;
 use crate::scene::{Scene, camera::look_at};
 use crate::trace::Tracer;
@@ -120,33 +120,33 @@ fn a_state_goes_on_where_it_was() {
     let path = folder.path().join("state");
     with_hall(|scene, tracer| {
         let options = Options::default();
-        let subject = Subject::new(scene, 0.0, &camera(), &options, &SKY, true);
-        let mut picture = load(&path, 12, 7, &subject).expect("nothing yet");
+        let id = PictureId::new(scene, 0.0, &camera(), &options, &SKY, true);
+        let mut picture = load(&path, 12, 7, &id).expect("nothing yet");
         assert_eq!(picture, PathPicture::new(12, 7));
         picture.add(tracer, &camera(), &options, 2, &|_| ());
-        save(&path, &picture, &subject).expect("saved");
-        let mut again = load(&path, 12, 7, &subject).expect("loaded");
+        save(&path, &picture, &id).expect("saved");
+        let mut again = load(&path, 12, 7, &id).expect("loaded");
         assert_eq!(again, picture);
         for p in [&mut picture, &mut again] {
             p.add(tracer, &camera(), &options, 2, &|_| ());
         }
         assert_eq!(again, picture);
 
-        let refused = |width, subject: &Subject| {
-            let error = load(&path, width, 7, subject).expect_err("refused");
+        let refused = |width, id: &PictureId| {
+            let error = load(&path, width, 7, id).expect_err("refused");
             error.to_string()
         };
-        assert!(refused(13, &subject).contains("12x7 pixels, not 13x7"));
+        assert!(refused(13, &id).contains("12x7 pixels, not 13x7"));
         let moved = look_at(Vec3::ONE, Vec3::ZERO, 1.0);
-        let other = Subject::new(scene, 0.0, &moved, &options, &SKY, true);
+        let other = PictureId::new(scene, 0.0, &moved, &options, &SKY, true);
         assert!(refused(12, &other).contains("another camera"));
-        let other = Subject::new(scene, 0.0, &camera(), &options, &Sky::default(), true);
+        let other = PictureId::new(scene, 0.0, &camera(), &options, &Sky::default(), true);
         assert!(refused(12, &other).contains("other options"));
         let other = Scene {
             name: "other".into(),
             ..scene.clone()
         };
-        let other = Subject::new(&other, 0.0, &camera(), &options, &SKY, true);
+        let other = PictureId::new(&other, 0.0, &camera(), &options, &SKY, true);
         assert!(refused(12, &other).contains("another scene"));
 
         let bytes = std::fs::read(&path).expect("read");
@@ -154,11 +154,11 @@ fn a_state_goes_on_where_it_was() {
             let mut bytes = bytes.clone();
             bytes[damage] ^= 4;
             std::fs::write(&path, &bytes).expect("written");
-            assert!(load(&path, 12, 7, &subject).is_err(), "byte {damage}");
+            assert!(load(&path, 12, 7, &id).is_err(), "byte {damage}");
         }
         for length in [0, 3, 40, bytes.len() - 1] {
             std::fs::write(&path, &bytes[..length]).expect("written");
-            assert!(load(&path, 12, 7, &subject).is_err(), "{length} bytes");
+            assert!(load(&path, 12, 7, &id).is_err(), "{length} bytes");
         }
     });
 }

@@ -214,7 +214,7 @@ fn read_primitive(
         document.spend(mesh.triangles.len() * 3, what)?;
         normals::make_flat(&mut mesh);
     } else {
-        normals::mend(&mut mesh);
+        normals::repair(&mut mesh);
     }
     Ok(mesh)
 }

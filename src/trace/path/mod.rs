@@ -88,9 +88,9 @@ impl Default for Paths {
     }
 }
 
-/// What comes along a ray, against its direction.
+/// Radiance that travels along a ray against its direction, and where it comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrived {
+pub struct IncomingRadiance {
     /// All light but that of punctual lights themselves, which no ray hits.
     pub radiance: Vec3,
     /// Metres to the first surface that stopped the ray; infinite for the sky.
@@ -169,25 +169,25 @@ impl<'a> PathTracer<'a> {
         &self.sky
     }
 
-    /// The light that arrives at `origin` from `direction` (unit), by one path.
+    /// The radiance at `origin` from `direction` (unit), estimated by one path.
     pub fn radiance(
         &self,
         origin: Vec3,
         direction: Vec3,
         mut random: Random,
         paths: &Paths,
-    ) -> Arrived {
+    ) -> IncomingRadiance {
         let cull = paths.cull_back_faces;
         let (vertex, tint, back_face) = self.follow(origin, direction, cull, &mut random);
         let Some(vertex) = vertex else {
-            return Arrived {
+            return IncomingRadiance {
                 radiance: tint * self.sky.radiance(direction),
                 distance: f32::INFINITY,
                 back_face,
             };
         };
         let scattered = self.scattered(&vertex, &mut random, paths.max_bounces, true);
-        Arrived {
+        IncomingRadiance {
             radiance: tint * (vertex.emitted + scattered),
             distance: vertex.distance,
             back_face,
@@ -453,7 +453,7 @@ impl<'a> PathTracer<'a> {
 
     /// The indirect light of [`PathTracer::scattered`], by one path: what the Lambert base reflects, and
     /// what the coat does.
-    pub fn scattered_apart(
+    pub fn scattered_parts(
         &self,
         vertex: &Vertex,
         random: &mut Random,
@@ -482,19 +482,19 @@ impl<'a> PathTracer<'a> {
     fn unshadowed(&self, vertex: &Vertex, light: usize) -> (Vec3, Ray) {
         let light = &self.pose.lights[light];
         let to = light.ray(vertex.position);
-        let mut arriving = Vec3::ZERO;
+        let mut incoming_light = Vec3::ZERO;
         if to.falloff > 0.0 && to.direction.dot(vertex.geometric_normal) > 0.0 {
             let f = vertex
                 .bsdf
                 .evaluate(vertex.normal, vertex.view, to.direction);
-            arriving = f * light.intensity * to.falloff;
+            incoming_light = f * light.intensity * to.falloff;
         }
         let ray = Ray {
             origin: vertex.origin,
             direction: to.direction,
             t_max: to.distance - NEAREST,
         };
-        (arriving, ray)
+        (incoming_light, ray)
     }
 
     /// An estimate of [`PathTracer::direct`] by one shadow ray: the light is drawn by what it would
@@ -503,8 +503,8 @@ impl<'a> PathTracer<'a> {
         let mut total = 0.0;
         let mut chosen: Option<(Vec3, f32, Ray)> = None;
         for light in 0..self.pose.lights.len() {
-            let (arriving, ray) = self.unshadowed(vertex, light);
-            let weight = luminance(arriving);
+            let (incoming_light, ray) = self.unshadowed(vertex, light);
+            let weight = luminance(incoming_light);
             if weight.is_nan() || weight <= 0.0 {
                 continue;
             }
@@ -513,13 +513,15 @@ impl<'a> PathTracer<'a> {
             let share = weight / total;
             if u < share {
                 u /= share;
-                chosen = Some((arriving, weight, ray));
+                chosen = Some((incoming_light, weight, ray));
             } else {
                 u = (u - share) / (1.0 - share);
             }
         }
         match chosen {
-            Some((arriving, weight, ray)) => arriving * self.open(&ray) * (total / weight),
+            Some((incoming_light, weight, ray)) => {
+                incoming_light * self.open(&ray) * (total / weight)
+            }
             None => Vec3::ZERO,
         }
     }

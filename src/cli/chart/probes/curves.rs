@@ -1,4 +1,4 @@
-//! Accuracy over what a server can turn: degree, samples, hysteresis.
+//! Accuracy over an option of the server: degree, samples, hysteresis.
 
 use super::{Row, Setting};
 use crate::Result;
@@ -12,19 +12,24 @@ use serde::Serialize;
 
 /// One point of a curve.
 #[derive(Serialize)]
-pub struct Knob {
+pub struct SweepPoint {
     pub curve: &'static str,
     pub value: f64,
     pub psnr: f64,
     pub update_ms: f64,
 }
 
-/// PSNR of the picture over what a server can turn: unquantised probes, trilinear. The first frames are
+/// PSNR of the picture over an option of the server: unquantised probes, trilinear. The first frames are
 /// averaged, so that what is left of them is not the curve's shape.
 ///
 /// # Errors
 /// `Invalid` for a volume that cannot be.
-pub fn curves(scene: &Scene, scored: &Setting, request: &Request, time: f64) -> Result<Vec<Knob>> {
+pub fn curves(
+    scene: &Scene,
+    scored: &Setting,
+    request: &Request,
+    time: f64,
+) -> Result<Vec<SweepPoint>> {
     let mut runs = Vec::new();
     for degree in 0..=4 {
         let mut server = request.server;
@@ -41,13 +46,13 @@ pub fn curves(scene: &Scene, scored: &Setting, request: &Request, time: f64) -> 
         server.hysteresis = Hysteresis::Adaptive(share);
         runs.push(("hysteresis", f64::from(share), server));
     }
-    let frames = request.settle.max(1);
+    let frames = request.warm_up.max(1);
     let bar = Progress::new("Curves", runs.len() as u64 * u64::from(frames));
-    let mut knobs = Vec::new();
+    let mut sweep = Vec::new();
     for (curve, value, options) in runs {
         let request = Request {
             server: options,
-            settle: 0,
+            warm_up: 0,
             ..*request
         };
         let mut content = Content::new(scene, &request, time, 0)?;
@@ -60,20 +65,20 @@ pub fn curves(scene: &Scene, scored: &Setting, request: &Request, time: f64) -> 
             .seen
             .indirect(|surface| from_expansions(server, surface));
         let [picture, _] = scored.score(&indirect)?;
-        knobs.push(Knob {
+        sweep.push(SweepPoint {
             curve,
             value,
             psnr: picture.psnr,
             update_ms: content.report().probe_update_ms,
         });
     }
-    Ok(knobs)
+    Ok(sweep)
 }
 
 /// The curves as charts, with what the other methods reach.
-pub fn charts(knobs: &[Knob], rows: &[Row]) -> Vec<Chart> {
+pub fn charts(sweep: &[SweepPoint], rows: &[Row]) -> Vec<Chart> {
     let chart = |curve: &str, title: &str, label: &str, log: bool| {
-        let points = knobs.iter().filter(|knob| knob.curve == curve);
+        let points = sweep.iter().filter(|point| point.curve == curve);
         Chart {
             title: title.into(),
             x: Axis {
@@ -87,10 +92,10 @@ pub fn charts(knobs: &[Knob], rows: &[Row]) -> Vec<Chart> {
             series: vec![Series {
                 name: "probes, trilinear".into(),
                 points: points
-                    .map(|knob| Point {
-                        x: knob.value,
-                        y: knob.psnr,
-                        label: format!("{:.0} ms", knob.update_ms),
+                    .map(|point| Point {
+                        x: point.value,
+                        y: point.psnr,
+                        label: format!("{:.0} ms", point.update_ms),
                     })
                     .collect(),
                 line: true,
@@ -105,7 +110,7 @@ pub fn charts(knobs: &[Knob], rows: &[Row]) -> Vec<Chart> {
                 .collect(),
         }
     };
-    if knobs.is_empty() {
+    if sweep.is_empty() {
         return Vec::new();
     }
     vec![

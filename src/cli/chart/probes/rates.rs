@@ -23,22 +23,22 @@ const LEVEL: i32 = 19;
 pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32) -> Result<Table> {
     let mut request = *request;
     request.server.hysteresis = Hysteresis::Fixed(HYSTERESIS);
-    let steps = TOLERANCES.len() as u64 * u64::from(frames + request.settle);
+    let steps = TOLERANCES.len() as u64 * u64::from(frames + request.warm_up);
     let bar = Progress::new("Rates", steps);
     let mut rows = Vec::new();
     for (number, tolerance) in TOLERANCES.into_iter().enumerate() {
         request.packing = Packing::packed(tolerance);
-        let settle = request.settle;
+        let warm_up = request.warm_up;
         let mut content = Content::new(
             scene,
             &Request {
-                settle: 0,
+                warm_up: 0,
                 ..request
             },
             time,
             0,
         )?;
-        for _ in 0..settle {
+        for _ in 0..warm_up {
             content.tick(time);
             bar.step(1);
         }

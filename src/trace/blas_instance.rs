@@ -1,4 +1,4 @@
-//! An instance where it stands: the way from world space into its mesh.
+//! An instance of a hierarchy: its transform from world space into mesh space.
 
 use super::aabb::Aabb;
 use super::blas::Blas;
@@ -16,9 +16,9 @@ const ROUNDINGS: f32 = 24.0;
 /// Beyond this condition number `f32` cannot tell the transform from a singular one.
 const MAX_CONDITION: f64 = 1e6;
 
-/// One instance of the top level.
+/// One instance in the top-level hierarchy.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct BlasInstance {
     /// Its hierarchy, an index into the tracer's.
     pub blas: u32,
     /// Columns of the inverse of the linear part.
@@ -34,10 +34,10 @@ pub struct Placed {
     pub scale: f32,
 }
 
-impl Placed {
+impl BlasInstance {
     /// `None` where the transform is singular or not finite, or the mesh holds nothing: such an
     /// instance is never hit.
-    pub fn new(world_from_mesh: &Affine3A, index: u32, blas: &Blas) -> Option<Placed> {
+    pub fn new(world_from_mesh: &Affine3A, index: u32, blas: &Blas) -> Option<BlasInstance> {
         if !world_from_mesh.is_finite() || blas.bounds().is_empty() {
             return None;
         }
@@ -54,7 +54,7 @@ impl Placed {
         }
         let far = bounds.reach().max(translation.abs().max_element());
         let error = ROUNDINGS * ROUNDING * condition as f32 * far;
-        Some(Placed {
+        Some(BlasInstance {
             blas: index,
             inverse: inverse.map(|c| c.to_array()),
             translation: translation.to_array(),

@@ -1,4 +1,4 @@
-//! What a client has of a stream at the time that is shown.
+//! The frame of a stream that a client shows at a given time.
 
 use super::{Args, Method};
 use crate::cli::args::Rate;
@@ -13,7 +13,7 @@ use std::path::Path;
 const SAME: f64 = 1e-6;
 
 /// A client at the newest frame that has arrived.
-pub struct Received {
+pub struct StreamFrame {
     pub client: Client,
     /// Its frame: number and time in seconds.
     pub frame: (u32, f64),
@@ -21,14 +21,14 @@ pub struct Received {
     pub seconds: f64,
 }
 
-impl Received {
+impl StreamFrame {
     /// Decodes a stream up to the newest frame that has arrived at the time to show: that of
     /// `--frame` or `--time`, or else of the stream's first frame.
     ///
     /// # Errors
     /// As [`stream::Source::open`] and [`Client::push`]; `Invalid` for a time that the stream does not
     /// reach. Light of a scene in which nothing moves stays right after the last frame.
-    pub fn read(path: &Path, scene: &Scene, args: &Args) -> Result<Received> {
+    pub fn read(path: &Path, scene: &Scene, args: &Args) -> Result<StreamFrame> {
         let named = |error| match error {
             Error::Codec(fault) => stream::error(path, &fault),
             Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
@@ -47,7 +47,7 @@ impl Received {
                     None => *times.insert(Times::new(args, frame.1, rate).map_err(named)?),
                 };
                 if frame.1 + 1.0 / rate.hz() > times.arrived + SAME {
-                    return Ok(Received::new(client, frame, times));
+                    return Ok(StreamFrame::new(client, frame, times));
                 }
             }
             if client.ended() {
@@ -69,7 +69,7 @@ impl Received {
         }
         match (client.last_frame(), times) {
             (Some(frame), Some(times)) if scene.duration == 0.0 => {
-                Ok(Received::new(client, frame, times))
+                Ok(StreamFrame::new(client, frame, times))
             }
             (Some((_, last)), Some(times)) => Err(named(Error::Invalid(format!(
                 "its last frame is {}, before {}",
@@ -80,8 +80,8 @@ impl Received {
         }
     }
 
-    fn new(client: Client, frame: (u32, f64), times: Times) -> Received {
-        Received {
+    fn new(client: Client, frame: (u32, f64), times: Times) -> StreamFrame {
+        StreamFrame {
             client,
             frame,
             seconds: times.shown,

@@ -1,18 +1,18 @@
-//! Rooms made by code: matte walls, sheets, lamps.
+//! Builds scenes of matte walls, boxes, sheets and lamps.
 
 use crate::scene::{Instance, Light, LightKind, Material, Mesh, Node, Pose, Scene};
 use crate::trace::path::{PathTracer, Sky};
 use crate::trace::{Aabb, Tracer};
 use glam::{Quat, Vec3};
 
-/// A scene in the making. Material 0 is that of all walls.
-pub struct Rooms {
+/// Adds meshes and lights to a scene. Material 0 is that of all walls.
+pub struct SceneBuilder {
     scene: Scene,
 }
 
-impl Rooms {
+impl SceneBuilder {
     /// Walls reflect the share `albedo` of light, in all directions alike.
-    pub fn new(name: &str, albedo: f32) -> Rooms {
+    pub fn new(name: &str, albedo: f32) -> SceneBuilder {
         let matte = Material {
             base_color: Vec3::splat(albedo).extend(1.0),
             metallic: 0.0,
@@ -24,7 +24,7 @@ impl Rooms {
             materials: vec![matte],
             ..Scene::default()
         };
-        Rooms { scene }
+        SceneBuilder { scene }
     }
 
     fn mesh(&mut self, mesh: Mesh) {
@@ -76,8 +76,8 @@ impl Rooms {
         self.cuboid(Aabb { min, max }, true);
     }
 
-    /// A body that is seen from outside alone.
-    pub fn body(&mut self, min: Vec3, max: Vec3) {
+    /// A box that is seen from outside alone.
+    pub fn solid(&mut self, min: Vec3, max: Vec3) {
         self.cuboid(Aabb { min, max }, false);
     }
 
@@ -142,7 +142,7 @@ impl Rooms {
     }
 }
 
-/// A scene that stands still, ready to be traced.
+/// A scene at its first pose, ready to be traced.
 pub struct World<'s> {
     pub scene: &'s Scene,
     pub pose: Pose,
@@ -171,11 +171,11 @@ mod tests {
     use crate::trace::Ray;
 
     #[test]
-    fn rooms_face_inwards_bodies_outwards() {
-        let mut rooms = Rooms::new("test", 0.5);
-        rooms.room(Vec3::splat(-2.0), Vec3::splat(2.0));
-        rooms.body(Vec3::splat(-1.0), Vec3::splat(1.0));
-        let scene = rooms.build();
+    fn rooms_face_inwards_solids_outwards() {
+        let mut builder = SceneBuilder::new("test", 0.5);
+        builder.room(Vec3::splat(-2.0), Vec3::splat(2.0));
+        builder.solid(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let scene = builder.build();
         let world = World::new(&scene);
         for axis in Vec3::AXES {
             for direction in [axis, -axis] {

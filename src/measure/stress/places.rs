@@ -112,16 +112,16 @@ pub fn relative_rms(found: &[f32], right: &[f32]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rooms::{Rooms, World};
+    use super::super::scene_builder::{SceneBuilder, World};
     use super::*;
     use crate::trace::path::Sky;
 
     /// A place that sees nothing but a sky of radiance 1 has the irradiance pi.
     #[test]
     fn truth_is_the_sky_over_a_plate() {
-        let mut rooms = Rooms::new("plate", 0.0);
-        rooms.body(Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0));
-        let scene = rooms.build();
+        let mut builder = SceneBuilder::new("plate", 0.0);
+        builder.solid(Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0));
+        let scene = builder.build();
         let world = World::new(&scene);
         let paths = world.paths(Sky::uniform(Vec3::ONE));
         let up = Place {

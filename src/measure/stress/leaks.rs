@@ -1,9 +1,9 @@
 //! Light that comes through walls: from the next room, and from probes that stand inside a wall.
 
-use super::held::{self, LookUp};
+use super::fixture::{self, LookUp};
 use super::panels::{self, decades, ramp};
 use super::places::{self, Place, grey, mean, relative_rms, worst};
-use super::rooms::{Rooms, World};
+use super::scene_builder::{SceneBuilder, World};
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::probes::content::{Packing, Request};
@@ -19,7 +19,7 @@ pub const SEALED_ROOM: Case = Case {
             probes 1 m apart. Light on the walls of the dark room, as a share of the mean irradiance \
             in the bright one, by all ways to look up the same probes; and the light of the bright room \
             itself over that of paths.",
-    knob: "wall (m)",
+    parameter: "wall (m)",
     beyond: "A texel of the visibility block blurs distances over some ten degrees: behind a wall that is \
              thin beside what this makes of a cell, probes of the bright room pass for seeing the place, \
              and it glows in spots. Finer texels push that down. Presence alone knows of probes inside \
@@ -32,11 +32,11 @@ pub const PROBES_IN_WALLS: Case = Case {
     about: "A closed room with walls of 0.6 m under a bright sky, a lamp inside; the grid, 1 m from \
             probe to probe, is pushed through the wall. Relative rms error of irradiance on that \
             wall against paths.",
-    knob: "probes behind the wall (m)",
-    beyond: "Probes inside bodies look out through backs of faces and hold the light of the wrong side; \
+    parameter: "probes behind the wall (m)",
+    beyond: "Probes inside geometry look out through backs of faces and hold the light of the wrong side; \
              the deeper they stand, the more. Left out, the wall has the light of the next probes before \
              it, up to a cell away. Probes beyond the wall are in the open, and the visibility block \
-             alone keeps their light out; so it does where a body is a sheet and has no inside.",
+             alone keeps their light out; so it does where geometry is an open sheet and has no inside.",
     run: probes_in_walls,
 };
 
@@ -47,16 +47,16 @@ const WALL_ERROR: f64 = 0.25;
 
 /// The two rooms, along x: bright to the left of the wall, dark to the right.
 fn two_rooms(wall: f32) -> Scene {
-    let mut rooms = Rooms::new("sealed-room", 0.6);
-    rooms.room(Vec3::new(-4.0, -1.5, -2.0), Vec3::new(4.0, 1.5, 2.0));
+    let mut builder = SceneBuilder::new("sealed-room", 0.6);
+    builder.room(Vec3::new(-4.0, -1.5, -2.0), Vec3::new(4.0, 1.5, 2.0));
     if wall > 0.0 {
         let half = Vec3::new(0.5 * wall, 1.6, 2.1);
-        rooms.body(-half, half);
+        builder.solid(-half, half);
     } else {
-        rooms.sheet(Vec3::ZERO, Vec3::Y * 1.6, Vec3::Z * 2.1);
+        builder.sheet(Vec3::ZERO, Vec3::Y * 1.6, Vec3::Z * 2.1);
     }
-    rooms.point(Vec3::new(-2.2, 0.9, 0.3), 20.0);
-    rooms.build()
+    builder.point(Vec3::new(-2.2, 0.9, 0.3), 20.0);
+    builder.build()
 }
 
 /// The ways of Dapple to look up.
@@ -83,21 +83,21 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         let scene = two_rooms(wall);
         let world = World::new(&scene);
         let paths = world.paths(Sky::default());
-        let request = held::request(
+        let request = fixture::request(
             Vec3::new(-3.4, -1.0, -1.5),
             Vec3::new(3.6, 1.0, 1.5),
             [8, 3, 4],
             samples,
         );
-        let mut content = held::settled(&scene, &request)?;
-        let decoded = held::decoded(&mut content, request.packing)?;
+        let mut content = fixture::settled(&scene, &request)?;
+        let decoded = fixture::decoded(&mut content, request.packing)?;
         let volume = *content.server().volume();
         let field = decoded.field();
         let blind = Field {
             visibility: None,
             ..field
         };
-        let ddgi = held::ddgi(&paths, &volume, samples);
+        let ddgi = fixture::ddgi(&paths, &volume, samples);
 
         let half = 0.5 * wall;
         let corner = Vec3::new(4.0, 1.5, 2.0);
@@ -108,9 +108,9 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         let whole = mean(&right);
 
         let of_way = |way: usize, place: &Place, view: Vec3| match way {
-            0 => held::irradiance(&field, &volume, LookUp::Trilinear, place, view),
-            1 => held::irradiance(&blind, &volume, LookUp::VisibilityWeighted, place, view),
-            2 => held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view),
+            0 => fixture::irradiance(&field, &volume, LookUp::Trilinear, place, view),
+            1 => fixture::irradiance(&blind, &volume, LookUp::VisibilityWeighted, place, view),
+            2 => fixture::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view),
             _ => grey(ddgi.irradiance(place.position, place.normal, view)),
         };
         let at = format!("{wall}");
@@ -139,10 +139,10 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         if effort == Effort::Full {
             let mut coarser = request;
             coarser.server.visibility = 8;
-            let mut content = held::settled(&scene, &coarser)?;
-            let decoded = held::decoded(&mut content, coarser.packing)?;
+            let mut content = fixture::settled(&scene, &coarser)?;
+            let decoded = fixture::decoded(&mut content, coarser.packing)?;
             let light =
-                held::at_places(&decoded.field(), &volume, LookUp::VisibilityWeighted, &dark);
+                fixture::at_places(&decoded.field(), &volume, LookUp::VisibilityWeighted, &dark);
             finding.add(
                 &at,
                 "visibility-weighted, 8 texels, worst",
@@ -184,12 +184,12 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
 }
 
 fn walled_room() -> Scene {
-    let mut rooms = Rooms::new("probes-in-walls", 0.6);
+    let mut builder = SceneBuilder::new("probes-in-walls", 0.6);
     let half = Vec3::new(2.0, 1.5, 2.0);
-    rooms.room(-half, half);
-    rooms.body(-half - 0.6, half + 0.6);
-    rooms.point(Vec3::new(-0.4, 0.8, 0.3), 8.0);
-    rooms.build()
+    builder.room(-half, half);
+    builder.solid(-half - 0.6, half + 0.6);
+    builder.point(Vec3::new(-0.4, 0.8, 0.3), 8.0);
+    builder.build()
 }
 
 /// Presence and visibility of each way, and its name.
@@ -228,18 +228,18 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
         let end = 2.0 + behind;
         let request = Request {
             sky,
-            ..held::request(
+            ..fixture::request(
                 Vec3::new(end - 4.0, -1.0, -1.5),
                 Vec3::new(end, 1.0, 1.5),
                 [5, 3, 4],
                 effort.of(128, 256),
             )
         };
-        let mut content = held::settled(&scene, &request)?;
-        let decoded = held::decoded(&mut content, Packing::Raw)?;
+        let mut content = fixture::settled(&scene, &request)?;
+        let decoded = fixture::decoded(&mut content, Packing::Raw)?;
         let volume = *content.server().volume();
-        // As a server sends that knows of no bodies.
-        let everywhere = held::light(content.server());
+        // As a server would send that does not detect probes inside geometry.
+        let everywhere = fixture::light(content.server());
         let all = vec![true; everywhere.len()];
         let field = decoded.field();
         let of = |presence: bool, visibility: bool| Field {
@@ -253,13 +253,13 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
             ..field
         };
         let at = format!("{behind}");
-        let light = held::at_places(&of(false, false), &volume, LookUp::Trilinear, &wall);
+        let light = fixture::at_places(&of(false, false), &volume, LookUp::Trilinear, &wall);
         finding.add(&at, "trilinear, neither", relative_rms(&light, &right));
-        let light = held::at_places(&field, &volume, LookUp::Trilinear, &wall);
+        let light = fixture::at_places(&field, &volume, LookUp::Trilinear, &wall);
         finding.add(&at, "trilinear, filled", relative_rms(&light, &right));
         for (name, presence, visibility) in KNOWN {
             let field = of(presence, visibility);
-            let light = held::at_places(&field, &volume, LookUp::VisibilityWeighted, &wall);
+            let light = fixture::at_places(&field, &volume, LookUp::VisibilityWeighted, &wall);
             let error = relative_rms(&light, &right);
             if name == "both" {
                 finding.bounded(&at, name, error, Bound::AtMost(WALL_ERROR));
@@ -267,8 +267,8 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
                 finding.add(&at, name, error);
             }
         }
-        let absent = content.sent().iter().filter(|p| p.level == 0).count();
-        finding.add(&at, "probes absent", absent as f64);
+        let disabled = content.sent().iter().filter(|p| p.level == 0).count();
+        finding.add(&at, "probes disabled", disabled as f64);
 
         if behind == 0.3 {
             let of_room = |place: &Option<(Place, Vec3)>| place.map(|(place, _)| place);
@@ -283,7 +283,7 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
                 let field = of(presence, visibility);
                 let how = LookUp::VisibilityWeighted;
                 panels::values(&seen, |place, view| {
-                    held::irradiance(&field, &volume, how, place, view)
+                    fixture::irradiance(&field, &volume, how, place, view)
                 })
             };
             let shown = |values: &[Option<f32>]| {

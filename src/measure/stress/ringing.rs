@@ -1,10 +1,10 @@
 //! Ringing: an expansion of degree 2 cannot hold a small hot emitter, and swings below zero on the far
 //! side.
 
-use super::held;
+use super::fixture;
 use super::panels::{self, ramp};
 use super::places::{DIRECTIONS, grey, spread};
-use super::rooms::{Rooms, World};
+use super::scene_builder::{SceneBuilder, World};
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::probes::dering::{Keep, dering, minimum};
@@ -22,7 +22,7 @@ pub const RINGING: Case = Case {
             against direct sums over the lamp: of the expansion, of the expansion where it is cut off at \
             zero when it is looked up, after dering, which scales degrees 1 and 2 by as much as is \
             needed, and with the window that does it in Sloan 2017. No noise of sampling is in these; it is in the last column.",
-    knob: "lamp's side (m)",
+    parameter: "lamp's side (m)",
     beyond: "Below a side of about half the distance to the lamp nothing more changes for the \
              expansion, which is that of a point. What grows without bound as the lamp shrinks is \
              noise, for a probe's rays find it by chance alone; lamps that small belong among the \
@@ -40,10 +40,10 @@ const BELOW: f32 = 0.01;
 const GRID: u32 = 24;
 
 fn room(side: f32) -> Scene {
-    let mut rooms = Rooms::new("ringing", 0.1);
-    rooms.room(Vec3::splat(-HALF), Vec3::splat(HALF));
-    rooms.lamp(Vec3::new(0.0, HALF - BELOW, 0.0), side, radiance(side));
-    rooms.build()
+    let mut builder = SceneBuilder::new("ringing", 0.1);
+    builder.room(Vec3::splat(-HALF), Vec3::splat(HALF));
+    builder.lamp(Vec3::new(0.0, HALF - BELOW, 0.0), side, radiance(side));
+    builder.build()
 }
 
 /// Of a lamp of one power.
@@ -150,8 +150,8 @@ fn ringing(effort: Effort) -> Result<Finding> {
         let scene = room(side);
         let world = World::new(&scene);
         let paths = world.paths(Sky::default());
-        let request = held::request(Vec3::splat(-1.5), Vec3::splat(1.5), dims, 256);
-        let mut content = held::settled(&scene, &request)?;
+        let request = fixture::request(Vec3::splat(-1.5), Vec3::splat(1.5), dims, 256);
+        let mut content = fixture::settled(&scene, &request)?;
         content.tick(0.0);
         let server = content.server();
         let volume = *server.volume();

@@ -1,10 +1,10 @@
 //! A house whose walls are closed boxes, with light in one room or outside, and a dark room.
 
-use super::held::{self, LookUp};
+use super::fixture::{self, LookUp};
 use super::leaks::LEAK;
 use super::panels::{self, decades, ramp};
 use super::places::{self, Place, mean, worst};
-use super::rooms::{Rooms, World};
+use super::scene_builder::{SceneBuilder, World};
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::probes::client::ProbesVolume;
@@ -25,7 +25,7 @@ pub const SEALED_HOUSE: Case = Case {
             stream with a keyframe every third: seen from straight above, and from eyes in the corners, \
             along the walls. Places are 0.09 m and more from the edges of the room; for those within \
             0.06 m of an edge, the share of looks that get more than 0.01.",
-    knob: "light, shift (m)",
+    parameter: "light, shift (m)",
     beyond: "Within a few centimetres of an edge the only probe in the room may be a cell away, count \
              little, and see the place along a wall, at an angle where texels blur the distance most: then \
              no probe counts as seeing it, and it gets the light of all of them. A room narrower than a \
@@ -51,22 +51,22 @@ enum Light {
 }
 
 fn house(from: Light) -> Scene {
-    let mut rooms = Rooms::new("sealed-house", 0.7);
+    let mut builder = SceneBuilder::new("sealed-house", 0.7);
     let (low, high) = (OTHER[0], DARK[1]);
-    let mut body = |min: [f32; 3], max: [f32; 3]| rooms.body(min.into(), max.into());
+    let mut solid = |min: [f32; 3], max: [f32; 3]| builder.solid(min.into(), max.into());
     let out = [low.x - WALL, low.y - WALL, low.z - WALL];
     let end = [high.x + WALL, high.y + WALL, high.z + WALL];
-    body(out, [end[0], low.y, end[2]]);
-    body([out[0], high.y, out[2]], end);
-    body([out[0], low.y, out[2]], [low.x, high.y, end[2]]);
-    body([high.x, low.y, out[2]], [end[0], high.y, end[2]]);
-    body([low.x, low.y, out[2]], [high.x, high.y, low.z]);
-    body([low.x, low.y, high.z], [high.x, high.y, end[2]]);
-    body([OTHER[1].x, low.y, low.z], [DARK[0].x, high.y, high.z]);
+    solid(out, [end[0], low.y, end[2]]);
+    solid([out[0], high.y, out[2]], end);
+    solid([out[0], low.y, out[2]], [low.x, high.y, end[2]]);
+    solid([high.x, low.y, out[2]], [end[0], high.y, end[2]]);
+    solid([low.x, low.y, out[2]], [high.x, high.y, low.z]);
+    solid([low.x, low.y, high.z], [high.x, high.y, end[2]]);
+    solid([OTHER[1].x, low.y, low.z], [DARK[0].x, high.y, high.z]);
     if from == Light::Lamp {
-        rooms.point(Vec3::new(-2.5, 2.4, -1.0), 20.0);
+        builder.point(Vec3::new(-2.5, 2.4, -1.0), 20.0);
     }
-    rooms.build()
+    builder.build()
 }
 
 fn sealed_house(effort: Effort) -> Result<Finding> {
@@ -118,18 +118,18 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
         let whole = mean(&right);
         let request = Request {
             sky,
-            settle: effort.of(4, held::SETTLE),
-            ..held::request(
+            warm_up: effort.of(4, fixture::WARM_UP),
+            ..fixture::request(
                 Vec3::new(-5.9, -1.0, -3.0) + shift,
                 Vec3::new(5.1, 4.0, 3.0) + shift,
                 [12, 6, 7],
                 samples,
             )
         };
-        let mut content = held::settled(&scene, &request)?;
+        let mut content = fixture::settled(&scene, &request)?;
         let volume = *content.server().volume();
         let look = |field: &Field, how: LookUp, place: &Place, view: Vec3| {
-            f64::from(held::irradiance(field, &volume, how, place, view)) / whole
+            f64::from(fixture::irradiance(field, &volume, how, place, view)) / whole
         };
         let along = |places: &[Place], field: &Field| {
             let at = |place: &Place| {
@@ -148,7 +148,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
 
         let mut worsts = [f64::NEG_INFINITY; 2];
         let mut client = None;
-        held::frames(&mut content, request.packing, FRAMES, INTERVAL, |volume| {
+        fixture::frames(&mut content, request.packing, FRAMES, INTERVAL, |volume| {
             let field = volume.field();
             let found = [
                 straight(&field, LookUp::VisibilityWeighted),
@@ -161,7 +161,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
             }
             client = Some(volume);
         })?;
-        let client: ProbesVolume = client.ok_or_else(held::no_frame)?;
+        let client: ProbesVolume = client.ok_or_else(fixture::no_frame)?;
         let field = client.field();
         let at = format!("{name}, {shift}");
         let plain = straight(&field, LookUp::Trilinear);
@@ -196,8 +196,8 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
 
         let mut coarser = request;
         coarser.server.visibility = 8;
-        let mut content = held::settled(&scene, &coarser)?;
-        let coarse = held::decoded(&mut content, coarser.packing)?;
+        let mut content = fixture::settled(&scene, &coarser)?;
+        let coarse = fixture::decoded(&mut content, coarser.packing)?;
         let light = along(&dark, &coarse.field());
         finding.add(&at, "8 texels, along walls, worst", worst(&light));
         if pictured {

@@ -1,16 +1,16 @@
-//! Light over time: late where it changes, trembling where it does not.
+//! Light over time: lag after a change, flicker without one.
 
-use super::held::{self, SETTLE};
+use super::fixture::{self, WARM_UP};
 use super::panels::{self, ramp};
 use super::places::{self, DIRECTIONS, grey, spread};
-use super::rooms::{Rooms, World};
+use super::scene_builder::{SceneBuilder, World};
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::codec::probes::{Probe, f32_from_f16};
 use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart};
 use crate::probes::content::{self, Content, Packing, Request};
 use crate::probes::sample::Field;
-use crate::probes::server::{Arrived, Hysteresis, Options, Server};
+use crate::probes::server::{Hysteresis, IncomingRadiance, Options, Server};
 use crate::probes::sh::{self, L2};
 use crate::probes::volume::Volume;
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ pub const LAG: Case = Case {
     about: "A lamp in a closed room is switched off (or dimmed, or fades) at once; what is left of \
             the old light in the probes, as a share of the change; for a fade, beyond what the lamp itself \
             still gives. The ghost is what is left after 30 frames.",
-    knob: "hysteresis",
+    parameter: "hysteresis",
     beyond: "A fixed hysteresis a takes ln 0.01 / ln a frames to a hundredth, whatever the scene. The \
              adaptive one starts over once two frames differ from the mean by twice their noise: a \
              change below that, or one slower than the noise, comes with the lag of the fixed one.",
@@ -37,7 +37,7 @@ pub const FLICKER: Case = Case {
             irradiance between frames over the mean irradiance, of the server's probes and of what a \
             client decodes; and the bytes that this noise costs in `packed` with tolerance 0.004, less the \
             60 of a record that no probe has.",
-    knob: "rays, hysteresis",
+    parameter: "rays, hysteresis",
     beyond: "Noise falls with the root of the rays and of what hysteresis leaves out. Below the \
              tolerance of the coding it is hardly sent; above, each frame brings steps as large as the \
              tolerance, and the stream grows towards that of a scene whose light moves everywhere. A \
@@ -60,13 +60,13 @@ const BOUNDS: Aabb = Aabb {
     max: Vec3::new(1.6, 1.1, 1.6),
 };
 
-fn room() -> Rooms {
-    let mut rooms = Rooms::new("room", 0.6);
-    rooms.room(Vec3::new(-2.0, -1.5, -2.0), Vec3::new(2.0, 1.5, 2.0));
-    rooms
+fn room() -> SceneBuilder {
+    let mut builder = SceneBuilder::new("room", 0.6);
+    builder.room(Vec3::new(-2.0, -1.5, -2.0), Vec3::new(2.0, 1.5, 2.0));
+    builder
 }
 
-/// What becomes of the lamp: its intensity over that before, by frames since the change.
+/// The lamp's intensity over its intensity before the change, by frames since then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Change {
     To(f32),
@@ -86,9 +86,9 @@ impl Change {
 /// Shares of the whole change that have not come yet, frame by frame: until a hundredth is left, and for
 /// [`GHOST`] frames at least. Less than nothing where light is darker than it should be.
 fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec<f64>> {
-    let mut rooms = room();
-    rooms.point(Vec3::new(0.4, 0.9, 0.3), 8.0);
-    let scene = rooms.build();
+    let mut builder = room();
+    builder.point(Vec3::new(0.4, 0.9, 0.3), 8.0);
+    let scene = builder.build();
     let mut world = World::new(&scene);
     let volume = Volume::over(BOUNDS, effort.of([3, 2, 3], DIMS))?;
     let options = Options {
@@ -103,7 +103,7 @@ fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec
         let all = 0..server.volume().lattice.count();
         all.map(|p| f64::from(grey(server.l2(p)[0]))).sum::<f64>()
     };
-    for _ in 0..SETTLE {
+    for _ in 0..WARM_UP {
         content::update(&mut server, &world.paths(Sky::default()));
     }
     let before = light(&server);
@@ -138,9 +138,9 @@ fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec
 /// Frames after which a change counts as not come.
 const MOST_FRAMES: usize = 3000;
 
-fn dark(paths: &PathTracer, origin: Vec3, direction: Vec3) -> Arrived {
+fn dark(paths: &PathTracer, origin: Vec3, direction: Vec3) -> IncomingRadiance {
     let (vertex, back_face) = paths.first(origin, direction, true);
-    Arrived {
+    IncomingRadiance {
         radiance: Vec3::ZERO,
         distance: vertex.map_or(f32::INFINITY, |v| v.distance),
         back_face,
@@ -235,7 +235,7 @@ fn irradiances(light: &[L2]) -> Vec<f32> {
     light.iter().flat_map(probe).collect()
 }
 
-/// What clients hold.
+/// The probes as clients have them.
 fn sent(content: &Content) -> Vec<L2> {
     let volume = content.volume();
     let scale = 2f32.powi(volume.exponent.into());
@@ -246,8 +246,8 @@ fn sent(content: &Content) -> Vec<L2> {
     content.sent().iter().map(probe).collect()
 }
 
-/// What comes of a still room.
-struct Still {
+/// Flicker and bit rate of a scene without change.
+struct StillScene {
     server: f64,
     client: f64,
     /// Coded, a probe and frame.
@@ -259,7 +259,12 @@ struct Still {
     volume: Volume,
 }
 
-fn still(scene: &Scene, samples: u32, hysteresis: Hysteresis, effort: Effort) -> Result<Still> {
+fn measure_still(
+    scene: &Scene,
+    samples: u32,
+    hysteresis: Hysteresis,
+    effort: Effort,
+) -> Result<StillScene> {
     let request = Request {
         dims: effort.of([3, 2, 3], DIMS),
         bounds: Some(BOUNDS),
@@ -269,11 +274,11 @@ fn still(scene: &Scene, samples: u32, hysteresis: Hysteresis, effort: Effort) ->
             visibility: 0,
             ..Options::default()
         },
-        settle: effort.of(16, 64),
+        warm_up: effort.of(16, 64),
         packing: Packing::packed(0.004),
         sky: Sky::default(),
     };
-    let mut content = held::settled(scene, &request)?;
+    let mut content = fixture::settled(scene, &request)?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
@@ -281,7 +286,7 @@ fn still(scene: &Scene, samples: u32, hysteresis: Hysteresis, effort: Effort) ->
     content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
     encoder.commit(&mut bytes, 0, None)?;
     let frames = effort.of(12, 32);
-    let mut before = [held::light(content.server()), sent(&content)];
+    let mut before = [fixture::light(content.server()), sent(&content)];
     let mut squares = [0.0; 2];
     let (mut dropped, mut coded) = (0, 0);
     let (mut level, mut last) = (0.0, [Vec::new(), Vec::new()]);
@@ -291,7 +296,7 @@ fn still(scene: &Scene, samples: u32, hysteresis: Hysteresis, effort: Effort) ->
         content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
         coded += (bytes.len() - written).saturating_sub(RECORD);
         encoder.commit(&mut bytes, frame + 1, None)?;
-        let now = [held::light(content.server()), sent(&content)];
+        let now = [fixture::light(content.server()), sent(&content)];
         for (sum, (now, before)) in squares.iter_mut().zip(now.iter().zip(&before)) {
             let (now, before) = (irradiances(now), irradiances(before));
             let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
@@ -303,7 +308,7 @@ fn still(scene: &Scene, samples: u32, hysteresis: Hysteresis, effort: Effort) ->
     }
     let [server, client] = squares.map(|s| (s / frames as f64).sqrt() / level);
     let all = (frames * before[0].len() as u64) as f64;
-    Ok(Still {
+    Ok(StillScene {
         server,
         client,
         bytes: coded as f64 / all,
@@ -329,9 +334,9 @@ fn flicker(effort: Effort) -> Result<Finding> {
             false,
         ),
     ];
-    let mut rooms = room();
-    rooms.lamp(Vec3::new(0.3, 1.49, 0.2), 0.5, 30.0);
-    let scene = rooms.build();
+    let mut builder = room();
+    builder.lamp(Vec3::new(0.3, 1.49, 0.2), 0.5, 30.0);
+    let scene = builder.build();
     let world = World::new(&scene);
     let paths = world.paths(Sky::default());
     let camera = look_at(Vec3::new(-1.8, 0.6, 1.8), Vec3::new(1.0, -0.7, -1.0), 1.1);
@@ -339,7 +344,7 @@ fn flicker(effort: Effort) -> Result<Finding> {
     let mut finding = Finding::default();
     let mut panels = Vec::new();
     for (at, samples, hysteresis) in effort.settings(&settings) {
-        let still = still(&scene, samples, hysteresis, effort)?;
+        let still = measure_still(&scene, samples, hysteresis, effort)?;
         finding.add(at, "flicker, server", still.server);
         let name = "flicker, client";
         match at {
@@ -366,9 +371,9 @@ fn flicker(effort: Effort) -> Result<Finding> {
                     present: &present,
                     visibility: None,
                 };
-                let how = held::LookUp::Trilinear;
+                let how = fixture::LookUp::Trilinear;
                 panels::values(&seen, |place, view| {
-                    held::irradiance(&field, &still.volume, how, place, view)
+                    fixture::irradiance(&field, &still.volume, how, place, view)
                 })
             };
             let [before, now] = [look(&still.last[0]), look(&still.last[1])];

@@ -1,22 +1,22 @@
-//! Failure, on purpose: scenes made to break light from probes. Each is turned at one knob, from what
-//! works to what does not, and has figures, bounds where a promise can be made, a sentence on what
-//! happens beyond, and pictures.
+//! Stress scenes for light from probes. Each is swept over one parameter, from values that work to
+//! values that do not, and has figures, bounds where one can be promised, a sentence on what happens
+//! beyond them, and pictures.
 //!
-//! - [`rooms`] builds the scenes, [`places`] is where light is looked at and what is true there,
-//!   [`panels`] are the pictures, [`held`] what a client holds after a stream.
+//! - [`scene_builder`] builds the scenes, [`places`] has sample positions and the reference there, [`panels`] the
+//!   pictures, [`fixture`] the server, stream and client that the cases share.
 //! - [`leaks`]: through walls, and from probes inside them; [`house`]: through those of a whole house
 //! - [`ringing`]: of an expansion about a small hot emitter
-//! - [`time`]: light that comes late, light that trembles
+//! - [`time`]: lag after a change, flicker without one
 //! - [`range`]: light too bright for the format, places outside of the volume
 
-pub mod held;
+pub mod fixture;
 pub mod house;
 pub mod leaks;
 pub mod panels;
 pub mod places;
 pub mod range;
 pub mod ringing;
-pub mod rooms;
+pub mod scene_builder;
 pub mod time;
 
 use super::table::{Table, Value};
@@ -24,8 +24,7 @@ use crate::Result;
 use crate::render::Picture;
 use serde::Serialize;
 
-/// How much is spent: [`Effort::Quick`] is a taste of each case for tests, a few settings of the knob
-/// with few rays.
+/// How much is computed: [`Effort::Quick`] runs a few values of each parameter with few rays, for tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     Quick,
@@ -41,21 +40,21 @@ impl Effort {
         }
     }
 
-    /// Settings of a knob: all, or the marked ones.
+    /// Settings of a parameter: all, or the marked ones.
     fn settings<T: Copy>(self, all: &[(T, bool)]) -> Vec<T> {
         let taken = all.iter().filter(|(_, q)| *q || self == Effort::Full);
         taken.map(|(setting, _)| *setting).collect()
     }
 }
 
-/// A scene that fails.
+/// A scene swept over one parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
     pub name: &'static str,
     /// What the scene is and what is measured.
     pub about: &'static str,
-    /// What is turned, with its unit.
-    pub knob: &'static str,
+    /// The parameter and its unit.
+    pub parameter: &'static str,
     /// What happens beyond the bounds.
     pub beyond: &'static str,
     pub run: fn(Effort) -> Result<Finding>,
@@ -73,7 +72,7 @@ pub const CASES: [Case; 8] = [
     range::OUTSIDE,
 ];
 
-/// What came of a case.
+/// The measurements of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Finding {
     pub rows: Vec<Row>,
@@ -89,17 +88,17 @@ pub struct Shot {
     pub picture: Picture,
 }
 
-/// One figure at one setting of the knob.
+/// One figure at one value of the parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// The setting of the knob.
+    /// The value of the parameter.
     pub at: String,
     pub figure: &'static str,
     pub value: f64,
     pub bound: Option<Bound>,
 }
 
-/// What is promised of a figure.
+/// The bound on a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -108,7 +107,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// A figure that is no number keeps no promise.
+    /// Not a number is out of bounds.
     pub fn holds(self, value: f64) -> bool {
         match self {
             Bound::AtMost(most) => value <= most,
@@ -141,7 +140,7 @@ impl Finding {
         });
     }
 
-    /// Adds a figure that something is promised of.
+    /// Adds a figure with a bound.
     pub fn bounded(&mut self, at: &str, figure: &'static str, value: f64, bound: Bound) {
         self.rows.push(Row {
             at: at.into(),
@@ -184,7 +183,7 @@ impl Finding {
                 }),
             }
         };
-        let mut columns = vec![case.knob.to_string()];
+        let mut columns = vec![case.parameter.to_string()];
         for name in &figures {
             let mut bounds: Vec<String> = Vec::new();
             for row in self.rows.iter().filter(|r| r.figure == *name) {
@@ -214,13 +213,19 @@ impl Finding {
 /// All figures of all cases, one a line.
 pub fn long_table(found: &[(Case, Finding)]) -> Table {
     let columns = [
-        "case", "knob", "setting", "figure", "value", "bound", "holds",
+        "case",
+        "parameter",
+        "setting",
+        "figure",
+        "value",
+        "bound",
+        "holds",
     ];
     let line = |case: &Case, row: &Row| {
         let text = |text: &str| Value::Text(text.into());
         vec![
             text(case.name),
-            text(case.knob),
+            text(case.parameter),
             text(&row.at),
             text(row.figure),
             Value::Number(row.value, 6),
@@ -230,7 +235,7 @@ pub fn long_table(found: &[(Case, Finding)]) -> Table {
         ]
     };
     Table {
-        title: "Failure, on purpose".into(),
+        title: "Stress scenes".into(),
         columns: columns.map(String::from).to_vec(),
         rows: found
             .iter()

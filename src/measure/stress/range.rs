@@ -1,9 +1,9 @@
 //! Beyond the range: light too bright for the format's numbers, and places where no probes stand.
 
-use super::held::{self, LookUp};
+use super::fixture::{self, LookUp};
 use super::panels::{self, ramp};
 use super::places::{self, DIRECTIONS, Place, grey, mean, spread, worst};
-use super::rooms::{Rooms, World};
+use super::scene_builder::{SceneBuilder, World};
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::codec::probes::f32_from_f16;
@@ -21,7 +21,7 @@ pub const BRIGHT_SUN: Case = Case {
             rms error of irradiance in 64 directions from the server's light through encoder and \
             decoder, as sent and if the volume's exponent were 0; and the worst light in the sealed \
             room, as a share of the court's.",
-    knob: "sun (lux)",
+    parameter: "sun (lux)",
     beyond: "Without an exponent, values above 65504 are clipped, and light keeps no more than that. \
              The server chooses the exponent before the first keyframe with 8 bits of headroom and \
              cannot change it within a stream: light that grows more than 256 times brighter than \
@@ -35,7 +35,7 @@ pub const OUTSIDE: Case = Case {
             end alone. Mean error of irradiance over the mean of paths on floor, ceiling and walls, at \
             a distance from the volume's last probes, in cells; the largest step at the border; and how much \
             light there changes from a camera straight above to one far outside.",
-    knob: "outside by (cells)",
+    parameter: "outside by (cells)",
     beyond: "Outside counts the light of the nearest point of the box. It never jumps and is always \
              finite, but it does not fall off any more: two cells out it is that of another place. A \
              volume has to hold what is seen.",
@@ -52,9 +52,9 @@ const STEP: f64 = 0.01;
 
 /// A court (x < 0) and a sealed room (x > 0.2), both 3 m high.
 fn court(lux: f32) -> Scene {
-    let mut rooms = Rooms::new("bright-sun", 0.8);
+    let mut builder = SceneBuilder::new("bright-sun", 0.8);
     let mut slab = |x: [f32; 2], y: [f32; 2], z: [f32; 2]| {
-        rooms.body(Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
+        builder.solid(Vec3::new(x[0], y[0], z[0]), Vec3::new(x[1], y[1], z[1]));
     };
     slab([-4.0, 4.2], [-0.5, 0.0], [-3.0, 3.0]);
     slab([-3.5, -3.0], [-0.1, 3.0], [-2.5, 2.5]);
@@ -63,8 +63,8 @@ fn court(lux: f32) -> Scene {
     slab([-3.5, 3.7], [-0.1, 3.4], [2.0, 2.5]);
     slab([0.0, 0.2], [-0.1, 3.4], [-2.1, 2.1]);
     slab([0.0, 3.7], [3.0, 3.4], [-2.5, 2.5]);
-    rooms.sun(Vec3::new(0.5, -1.0, 0.15), lux);
-    rooms.build()
+    builder.sun(Vec3::new(0.5, -1.0, 0.15), lux);
+    builder.build()
 }
 
 /// The inside of the sealed room, and of the court.
@@ -98,22 +98,22 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
     for lux in effort.settings(&suns) {
         let scene = court(lux);
         let world = World::new(&scene);
-        let request = held::request(
+        let request = fixture::request(
             Vec3::new(-2.6, 0.4, -1.5),
             Vec3::new(2.9, 2.6, 1.5),
             [6, 3, 4],
             effort.of(64, 256),
         );
-        let mut content = held::settled(&scene, &request)?;
+        let mut content = fixture::settled(&scene, &request)?;
         let at = if lux < 1e4 {
             format!("{lux}")
         } else {
             format!("{lux:.0e}")
         };
         let volume = *content.server().volume();
-        let right = held::light(content.server());
+        let right = fixture::light(content.server());
 
-        let raw = held::decoded(&mut content, Packing::Raw)?;
+        let raw = fixture::decoded(&mut content, Packing::Raw)?;
         let field = raw.field();
         let figure = error(field.radiance, &right, field.present);
         finding.bounded(&at, "error, raw", figure, Bound::AtMost(RAW_ERROR));
@@ -130,7 +130,7 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
         let figure = error(&clipped, &right, field.present);
         finding.add(&at, "error, raw, exponent 0", figure);
 
-        let packed = held::decoded(&mut content, request.packing)?;
+        let packed = fixture::decoded(&mut content, request.packing)?;
         let field = packed.field();
         let figure = error(field.radiance, &right, field.present);
         finding.bounded(&at, "error, packed", figure, Bound::AtMost(PACKED_ERROR));
@@ -139,12 +139,13 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
         let side = effort.of(5, 10);
         let dark = places::in_room(SEALED[0], SEALED[1], side);
         let bright = places::in_room(COURT[0], COURT[1], side);
-        let look =
-            |places: &[Place]| held::at_places(&field, &volume, LookUp::VisibilityWeighted, places);
+        let look = |places: &[Place]| {
+            fixture::at_places(&field, &volume, LookUp::VisibilityWeighted, places)
+        };
         let whole = mean(&look(&bright));
         let leak = worst(&look(&dark)) / whole;
         finding.bounded(&at, "leak, worst", leak, Bound::AtMost(LEAK));
-        let light = held::at_places(&field, &volume, LookUp::Trilinear, &dark);
+        let light = fixture::at_places(&field, &volume, LookUp::Trilinear, &dark);
         finding.add(&at, "leak, trilinear, worst", worst(&light) / whole);
 
         if lux == 1e6 {
@@ -158,7 +159,7 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
             let panel = |field: &Field| {
                 let how = LookUp::VisibilityWeighted;
                 let share = |place: &Place, view: Vec3| {
-                    0.5 * held::irradiance(field, &volume, how, place, view) / whole as f32
+                    0.5 * fixture::irradiance(field, &volume, how, place, view) / whole as f32
                 };
                 ramp(panels::WIDTH, &panels::values(&seen, share))
             };
@@ -206,28 +207,28 @@ fn outside(effort: Effort) -> Result<Finding> {
         (4.0, true),
         (7.0, false),
     ];
-    let mut rooms = Rooms::new("outside", 0.6);
-    rooms.room(-HALL, HALL);
-    rooms.point(Vec3::new(-4.0, 0.8, 0.2), 20.0);
-    let scene = rooms.build();
+    let mut builder = SceneBuilder::new("outside", 0.6);
+    builder.room(-HALL, HALL);
+    builder.point(Vec3::new(-4.0, 0.8, 0.2), 20.0);
+    let scene = builder.build();
     let world = World::new(&scene);
     let paths = world.paths(Sky::default());
     let reach = world.tracer.reach();
     let request = Request {
         packing: Packing::Raw,
-        ..held::request(
+        ..fixture::request(
             Vec3::new(-5.7, -1.0, -1.5),
             Vec3::new(BORDER, 1.0, 1.5),
             [5, 3, 4],
             effort.of(64, 256),
         )
     };
-    let mut content = held::settled(&scene, &request)?;
-    let decoded = held::decoded(&mut content, request.packing)?;
+    let mut content = fixture::settled(&scene, &request)?;
+    let decoded = fixture::decoded(&mut content, request.packing)?;
     let volume = *content.server().volume();
     let field = decoded.field();
     let ways = [LookUp::Trilinear, LookUp::VisibilityWeighted];
-    let look = |how, places: &[Place]| held::at_places(&field, &volume, how, places);
+    let look = |how, places: &[Place]| fixture::at_places(&field, &volume, how, places);
 
     let mut finding = Finding::default();
     for distance in effort.settings(&distances) {
@@ -263,7 +264,7 @@ fn outside(effort: Effort) -> Result<Finding> {
         .iter()
         .map(|place| {
             let view = (place.normal * 0.17 + Vec3::X).normalize();
-            held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
+            fixture::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
         })
         .collect();
     let changes: Vec<f32> = above
@@ -312,7 +313,7 @@ fn outside(effort: Effort) -> Result<Finding> {
         .map(|p| p.as_ref().and_then(|_| right.next()))
         .collect();
     let found = panels::values(&seen, |place, view| {
-        held::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
+        fixture::irradiance(&field, &volume, LookUp::VisibilityWeighted, place, view)
     });
     let scale = truth.iter().flatten().sum::<f32>() / spots.len().max(1) as f32;
     let shown = |values: &[Option<f32>]| {

@@ -1,4 +1,5 @@
-//! What a client holds: the probes of a server, through encoder and decoder.
+//! What the cases share: a server in a scene, its probes through encoder and decoder, and look-ups in
+//! the decoded volume.
 
 use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
 use crate::measure::ddgi::Ddgi;
@@ -18,8 +19,8 @@ use glam::Vec3;
 
 use super::places::{Place, grey};
 
-/// Frames that a server settles in, unless a case is about time.
-pub const SETTLE: u32 = 24;
+/// Server frames before the first that is sent, unless a case is about time.
+pub const WARM_UP: u32 = 24;
 
 /// A server that averages all its frames, and how its probes are coded.
 pub fn request(min: Vec3, max: Vec3, dims: [u16; 3], samples: u32) -> Request {
@@ -31,13 +32,13 @@ pub fn request(min: Vec3, max: Vec3, dims: [u16; 3], samples: u32) -> Request {
             hysteresis: Hysteresis::Adaptive(0.99),
             ..Options::default()
         },
-        settle: SETTLE,
+        warm_up: WARM_UP,
         packing: Packing::packed(0.004),
         sky: Sky::default(),
     }
 }
 
-/// The content of a still scene, settled.
+/// The content of a scene without animation, after its first frames.
 ///
 /// # Errors
 /// As [`Content::new`].
@@ -45,7 +46,7 @@ pub fn settled<'s>(scene: &'s Scene, request: &Request) -> Result<Content<'s>> {
     Content::new(scene, request, 0.0, 0)
 }
 
-/// What a client makes of a keyframe, coded as `packing`.
+/// The volume decoded from a keyframe that is coded as `packing`.
 ///
 /// # Errors
 /// Those of the codec.
@@ -53,7 +54,7 @@ pub fn decoded(content: &mut Content, packing: Packing) -> Result<ProbesVolume> 
     Ok(through_a_stream(content, packing)?.volume)
 }
 
-/// Writes frames of a still scene, a keyframe every `interval`, and calls `show` with the volume that a
+/// Writes frames of a scene without animation, a keyframe every `interval`, and calls `show` with the volume that a
 /// client has after each commit.
 ///
 /// # Errors
@@ -97,12 +98,12 @@ pub fn frames(
     Ok(())
 }
 
-/// The error of a stream that shows no volume.
+/// The error for a stream without a volume.
 pub fn no_frame() -> Error {
     Error::Invalid("the stream has no volume".into())
 }
 
-/// The server's light without what rings below zero: what is coded.
+/// The server's light after deringing: what is coded.
 pub fn light(server: &Server) -> Vec<L2> {
     let count = server.volume().lattice.count();
     let probe = |probe| {
@@ -143,5 +144,5 @@ pub fn ddgi(paths: &PathTracer, volume: &Volume, samples: u32) -> Ddgi {
         hysteresis: Hysteresis::Fixed(0.9),
         ..Options::default()
     };
-    settled_ddgi(paths, volume, &server, SETTLE, &|| {}).0
+    settled_ddgi(paths, volume, &server, WARM_UP, &|| {}).0
 }
