@@ -7,7 +7,7 @@ use super::{Pose, Scene};
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use std::path::PathBuf;
 
-fn folder() -> Option<PathBuf> {
+pub(super) fn folder() -> Option<PathBuf> {
     let path = match std::env::var_os("DAPPLE_SCENES") {
         Some(path) => PathBuf::from(path),
         None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),

@@ -248,40 +248,4 @@ impl Document<'_> {
         }
         Ok(out)
     }
-
-    /// The bytes of a buffer view and its stride.
-    pub(super) fn view(
-        &self,
-        index: json::Index<json::buffer::View>,
-    ) -> Read<(&[u8], Option<usize>)> {
-        let view = get(&self.root.buffer_views, index, "buffer view")?;
-        let buffer = self.buffers.get(view.buffer.value()).ok_or_else(|| {
-            format!(
-                "buffer view {} names buffer {}, which is not there",
-                index.value(),
-                view.buffer.value()
-            )
-        })?;
-        let buffer = buffer.as_ref().map_err(String::clone)?;
-        let start = usize::try_from(view.byte_offset.map_or(0, |o| o.0)).unwrap_or(usize::MAX);
-        let length = usize::try_from(view.byte_length.0).unwrap_or(usize::MAX);
-        let bytes = start
-            .checked_add(length)
-            .and_then(|end| buffer.get(start..end))
-            .ok_or_else(|| {
-                format!(
-                    "buffer view {} reaches beyond its buffer of {} bytes",
-                    index.value(),
-                    buffer.len()
-                )
-            })?;
-        let stride = view.byte_stride.map(|s| s.0);
-        if stride == Some(0) {
-            self.warn(format!(
-                "buffer view {} has a stride of 0; it was read as tightly packed",
-                index.value()
-            ));
-        }
-        Ok((bytes, stride.filter(|s| *s > 0)))
-    }
 }

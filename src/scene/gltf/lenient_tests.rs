@@ -20,7 +20,7 @@ fn text(rest: &str) -> String {
 }
 
 /// Base64, with `between` after every fourth letter.
-fn base64(bytes: &[u8], between: &str) -> String {
+pub(super) fn base64(bytes: &[u8], between: &str) -> String {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::new();
     for group in bytes.chunks(3) {

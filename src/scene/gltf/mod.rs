@@ -19,11 +19,15 @@ mod lenient_tests;
 mod material_tests;
 mod materials;
 mod meshes;
+mod meshopt;
+#[cfg(test)]
+mod meshopt_tests;
 mod nodes;
 mod skins;
 #[cfg(test)]
 mod tests;
 mod transparency;
+mod views;
 
 pub use buffers::uri_paths;
 
@@ -47,8 +51,9 @@ const SHARED_ELEMENTS: usize = 1 << 20;
 const MAX_WARNINGS: usize = 64;
 
 /// Extensions that are honoured. All others have no effect and give a warning.
-const HONOURED: [&str; 9] = [
+const HONOURED: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
+    meshopt::NAMES[0],
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
@@ -56,6 +61,7 @@ const HONOURED: [&str; 9] = [
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    meshopt::NAMES[1],
     "KHR_texture_transform",
 ];
 
@@ -76,10 +82,8 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 const DECOMPRESS: &str = "npx @gltf-transform/cli copy IN.glb OUT.glb";
 
 /// Commands that convert what is not read.
-const CONVERTERS: [(&str, &str); 4] = [
+const CONVERTERS: [(&str, &str); 2] = [
     (DRACO, DECOMPRESS),
-    ("EXT_meshopt_compression", DECOMPRESS),
-    ("KHR_meshopt_compression", DECOMPRESS),
     (
         "KHR_texture_basisu",
         "npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb",
@@ -90,6 +94,7 @@ const CONVERTERS: [(&str, &str); 4] = [
 struct Document<'a> {
     root: json::Root,
     buffers: Vec<Read<std::borrow::Cow<'a, [u8]>>>,
+    decoded: meshopt::Decoded,
     folder: Option<&'a Path>,
     options: &'a LoadOptions,
     /// Vertices, triangles, keys and instances that may still be made.
@@ -183,6 +188,7 @@ fn read(bytes: &[u8], folder: Option<&Path>, options: &LoadOptions) -> Read<Scen
     let buffers = buffers::load(&root, blob, folder, &|text| warnings.add(text));
     let held: usize = buffers.iter().flatten().map(|b| b.len()).sum();
     let document = Document {
+        decoded: meshopt::Decoded::new(&root),
         root,
         buffers,
         folder,

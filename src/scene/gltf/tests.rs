@@ -9,13 +9,16 @@ pub(super) struct Builder {
     pub(super) data: Vec<u8>,
     pub(super) views: Vec<String>,
     accessors: Vec<String>,
+    /// Buffers after the first, each after a comma.
+    pub(super) more_buffers: String,
 }
 
 pub(super) const F32: u32 = 5126;
 pub(super) const U8: u32 = 5121;
-const I16: u32 = 5122;
+pub(super) const I8: u32 = 5120;
+pub(super) const I16: u32 = 5122;
 pub(super) const U16: u32 = 5123;
-const U32: u32 = 5125;
+pub(super) const U32: u32 = 5125;
 
 impl Builder {
     pub(super) fn view(&mut self, bytes: &[u8]) -> usize {
@@ -40,6 +43,18 @@ impl Builder {
         more: &str,
     ) -> usize {
         let view = self.view(bytes);
+        self.accessor_of(view, component, kind, count, more)
+    }
+
+    /// An accessor of a view that is there already.
+    pub(super) fn accessor_of(
+        &mut self,
+        view: usize,
+        component: u32,
+        kind: &str,
+        count: usize,
+        more: &str,
+    ) -> usize {
         self.accessors.push(format!(
             r#"{{"bufferView":{view},"componentType":{component},"type":"{kind}","count":{count}{more}}}"#
         ));
@@ -62,28 +77,34 @@ impl Builder {
 
     pub(super) fn json(&self, rest: &str, uri: &str) -> String {
         format!(
-            r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":{}{uri}}}],"bufferViews":[{}],"accessors":[{}],{rest}}}"#,
+            r#"{{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":{}{uri}}}{}],"bufferViews":[{}],"accessors":[{}],{rest}}}"#,
             self.data.len(),
+            self.more_buffers,
             self.views.join(","),
             self.accessors.join(",")
         )
     }
 
     pub(super) fn glb(&self, rest: &str) -> Vec<u8> {
-        let mut json = self.json(rest, "").into_bytes();
-        json.resize(json.len().next_multiple_of(4), b' ');
-        let mut data = self.data.clone();
-        data.resize(data.len().next_multiple_of(4), 0);
-        let mut out = b"glTF".to_vec();
-        out.extend(2u32.to_le_bytes());
-        out.extend((28 + json.len() as u32 + data.len() as u32).to_le_bytes());
-        for (kind, chunk) in [(b"JSON", json), (b"BIN\0", data)] {
-            out.extend((chunk.len() as u32).to_le_bytes());
-            out.extend(kind);
-            out.extend(chunk);
-        }
-        out
+        glb(&self.json(rest, ""), &self.data)
     }
+}
+
+/// A binary file of JSON and data.
+pub(super) fn glb(json: &str, data: &[u8]) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut data = data.to_vec();
+    data.resize(data.len().next_multiple_of(4), 0);
+    let mut out = b"glTF".to_vec();
+    out.extend(2u32.to_le_bytes());
+    out.extend((28 + json.len() as u32 + data.len() as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", json), (b"BIN\0", data)] {
+        out.extend((chunk.len() as u32).to_le_bytes());
+        out.extend(kind);
+        out.extend(chunk);
+    }
+    out
 }
 
 pub(super) const SQUARE: [[f32; 3]; 4] = [
@@ -112,7 +133,7 @@ pub(super) fn warned(bytes: &[u8], expected: &str) -> Scene {
     scene
 }
 
-fn error(bytes: &[u8]) -> String {
+pub(super) fn error(bytes: &[u8]) -> String {
     match from_bytes(bytes) {
         Ok(_) => panic!("a broken file was read"),
         Err(e) => e.to_string(),
@@ -140,7 +161,7 @@ pub(super) fn square(primitive: &str, nodes: &str) -> Vec<u8> {
     ))
 }
 
-fn corners(scene: &Scene) -> Vec<[Vec3; 3]> {
+pub(super) fn corners(scene: &Scene) -> Vec<[Vec3; 3]> {
     let mut corners = Vec::new();
     scene.for_each_triangle(&scene.rest_pose(), |t| corners.push(t));
     corners
