@@ -81,7 +81,6 @@ fn keyframe_bytes(track: &Track) -> u64 {
             };
             volume.visibility_bytes() + probe * volume.count() as u64
         }
-        _ => 0,
     }
 }
 

@@ -10,11 +10,17 @@ use dapple::render::gpu::Gpu;
 use dapple::render::probes::ProbeVolume;
 use dapple::render::probes::device::{Tables, Volume};
 use dapple_conformance::clauses;
-use dapple_conformance::generate::lighting;
-use dapple_conformance::protocol::{
-    self, Arguments, Interpolation, Mode, Own, POSITION_UNIT, Program as _, Surface,
-};
-use dapple_conformance::vector::{self, Kind, ProbesQuery, Query, Vector};
+use dapple_conformance::models::POSITION_UNIT;
+use dapple_conformance::models::Query;
+use dapple_conformance::models::Samplers;
+use dapple_conformance::models::probes::oracle;
+use dapple_conformance::models::probes::queries::Interpolation;
+use dapple_conformance::models::probes::queries::ProbesQuery;
+use dapple_conformance::models::probes::queries::Surface;
+use dapple_conformance::protocol::{Arguments, Mode, Program as _};
+use dapple_conformance::reference;
+use dapple_conformance::reference::Reference;
+use dapple_conformance::vector::{self, Kind, Vector};
 use glam::{DVec3, Vec3};
 
 fn vectors() -> Vec<Vector> {
@@ -26,7 +32,7 @@ fn vectors() -> Vec<Vector> {
 
 /// What a stream leaves: ids and volumes.
 fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
-    let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+    let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
     let volume = |live: &LiveTrack| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
         (live.track.id, volume)
@@ -78,7 +84,7 @@ fn check(vector: &Vector, number: usize, irradiance: Vec3, filtered: Vec3) {
     let query = &vector.info.queries[number];
     let path = vector.path();
     assert!(
-        query.takes(answer.as_flattened()),
+        query.accepts(answer.as_flattened()),
         "{path}: {answer:?} for {query:?}: {:?}",
         query.intervals()
     );
@@ -238,9 +244,11 @@ fn the_worked_questions_are_answered_as_the_text_says() {
         let words = words.split_ascii_whitespace();
         bytes.extend(words.map(|word| u8::from_str_radix(word, 16).expect("a byte")));
     }
-    let mut own = Own {
-        light: Some(light),
-        ..Own::default()
+    let mut own = Reference {
+        samplers: Samplers {
+            probes: Some(light),
+            ..Samplers::default()
+        },
     };
     let arguments = Arguments {
         mode: Mode::Queries,
@@ -253,7 +261,7 @@ fn the_worked_questions_are_answered_as_the_text_says() {
         let mut input = (bytes.len() as u32).to_le_bytes().to_vec();
         input.extend(&bytes);
         input.extend(question.bytes());
-        let answer = own.ask(&arguments, &input).expect("an answer").output;
+        let answer = own.request(&arguments, &input).expect("an answer").output;
         let answer = String::from_utf8(answer).expect("text");
         let numbers = |text: &str| -> Vec<f64> {
             let words = text.split_whitespace();
@@ -278,11 +286,11 @@ fn the_constants_are_those_of_the_specification() {
         ("UNSEEN", sample::UNSEEN),
         ("ABSENT", sample::ABSENT),
     ];
-    for ((name, value), (other, stated)) in own.iter().zip(lighting::CONSTANTS) {
+    for ((name, value), (other, stated)) in own.iter().zip(oracle::CONSTANTS) {
         assert_eq!((*name, *value), (other, stated as f32));
     }
     for (i, entry) in ggx::LOBE.iter().enumerate() {
-        for (own, stated) in entry.iter().zip(lighting::lobe(i)) {
+        for (own, stated) in entry.iter().zip(oracle::lobe(i)) {
             assert!((f64::from(*own) - stated).abs() < 1e-6, "{i}");
         }
     }

@@ -7,8 +7,11 @@ use dapple::points::sample::{Fallback, sample};
 use dapple::render::gbuffer::{Fragment, GBuffer};
 use dapple::render::gpu::Gpu;
 use dapple::render::points::PointsPass;
-use dapple_conformance::protocol::{self, POSITION_UNIT};
-use dapple_conformance::vector::{self, Kind, PointsQuery, Query, Vector};
+use dapple_conformance::models::POSITION_UNIT;
+use dapple_conformance::models::Query;
+use dapple_conformance::models::points::queries::PointsQuery;
+use dapple_conformance::reference;
+use dapple_conformance::vector::{self, Kind, Vector};
 use glam::{DVec3, Vec3};
 
 fn vectors() -> Vec<Vector> {
@@ -32,7 +35,7 @@ struct Decoded {
 }
 
 fn decoded(vector: &Vector) -> Decoded {
-    let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+    let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
     let track = |live: &dapple::codec::LiveTrack| {
         let place = decoder.points().place_of(live).expect("a track of points");
         PointsTrack {

@@ -11,7 +11,6 @@ use crate::wire::Reader;
 
 /// Model of a track with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum Model {
     /// `points` in the coding `cells`.
     Points(Grid),

@@ -2,9 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::models::Query;
 use crate::options::{Level, Options};
-use crate::protocol::{Answer, Arguments, Fault, Mode, Own, Program, Status, split};
-use crate::vector::{Kind, Query, Vector, sha256};
+use crate::protocol::{Answer, Arguments, Fault, Mode, Program, Status, split};
+use crate::reference::Reference;
+use crate::vector::{Kind, Vector, sha256};
 
 /// A check that failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,13 +116,13 @@ impl Checks<'_> {
         let vector = self.vector;
         let mut arguments = self.arguments(Mode::Stream);
         arguments.live = vector.info.live;
-        let whole = self.ask("decode", &arguments, &vector.bytes)?;
+        let whole = self.request("decode", &arguments, &vector.bytes)?;
         self.judge("decode", &arguments, &whole);
         let bytewise = Arguments {
             pieces: 1,
             ..arguments.clone()
         };
-        let answer = self.ask("byte by byte", &bytewise, &vector.bytes)?;
+        let answer = self.request("byte by byte", &bytewise, &vector.bytes)?;
         self.judge("byte by byte", &bytewise, &answer);
         self.prefixes(&whole)?;
         if vector.info.error.is_none() && vector.bytes.len() <= SMALL {
@@ -175,7 +177,7 @@ impl Checks<'_> {
         for length in lengths {
             let check = format!("prefix of {length} bytes");
             let bytes = &vector.bytes[..length];
-            let answer = self.ask(&check, &arguments, bytes)?;
+            let answer = self.request(&check, &arguments, bytes)?;
             let (dump, found) = split(&answer);
             let got = || verdict_text(&answer);
             match answer.status {
@@ -224,7 +226,7 @@ impl Checks<'_> {
             let (byte, mask) = (bit / 8, 1 << (bit % 8));
             let check = format!("bit {} of byte {byte} flipped", bit % 8);
             bytes[byte] ^= mask;
-            let answer = self.ask(&check, arguments, &bytes)?;
+            let answer = self.request(&check, arguments, &bytes)?;
             let same = answer.status == Status::Complete && answer.output == whole.output;
             let refused = answer.status == Status::Refused && !unexplained(&answer);
             if refused || same {
@@ -250,7 +252,7 @@ impl Checks<'_> {
                 pieces,
                 ..self.arguments(Mode::Session)
             };
-            let answer = self.ask(check, &arguments, &vector.bytes)?;
+            let answer = self.request(check, &arguments, &vector.bytes)?;
             let hash = &vector.info.transcript_sha256;
             if answer.status != Status::Complete {
                 let expected = "the script run to its end, and exit code 0".to_string();
@@ -267,7 +269,7 @@ impl Checks<'_> {
         let vector = self.vector;
         let queries = &vector.info.queries;
         let input = query_input(&vector.bytes, queries);
-        let answer = self.ask("queries", &self.arguments(Mode::Queries), &input)?;
+        let answer = self.request("queries", &self.arguments(Mode::Queries), &input)?;
         let text = String::from_utf8_lossy(&answer.output);
         let lines: Vec<&str> = text.lines().collect();
         if answer.status != Status::Complete || lines.len() != queries.len() {
@@ -284,7 +286,7 @@ impl Checks<'_> {
                 .split_whitespace()
                 .map(|word| word.parse().ok())
                 .collect();
-            if !numbers.is_some_and(|numbers| query.takes(&numbers)) {
+            if !numbers.is_some_and(|numbers| query.accepts(&numbers)) {
                 let check = format!("query {number}: {}", query.line());
                 let intervals = query.intervals();
                 let intervals = intervals
@@ -313,7 +315,12 @@ impl Checks<'_> {
         }
     }
 
-    fn ask(&mut self, check: &str, arguments: &Arguments, input: &[u8]) -> Result<Answer, Stop> {
+    fn request(
+        &mut self,
+        check: &str,
+        arguments: &Arguments,
+        input: &[u8],
+    ) -> Result<Answer, Stop> {
         self.found.requests += 1;
         match caught(self.program, arguments, input) {
             // Whoever has answered about the vector does implement it: later this is a wrong
@@ -349,7 +356,7 @@ impl Checks<'_> {
         if !self.options.compare {
             return;
         }
-        let own = match caught(&mut Own::default(), arguments, input) {
+        let own = match caught(&mut Reference::default(), arguments, input) {
             Ok(own) => own,
             // Nobody knows what the answer is worth then, and that must not look like a pass.
             Err(error) => {
@@ -379,7 +386,7 @@ impl Checks<'_> {
     /// Another output than the hash stands for: told by its first wrong line, where our own decoder
     /// has the right one.
     fn differs(&mut self, check: &str, arguments: &Arguments, hash: Option<&str>, answer: &Answer) {
-        let own = caught(&mut Own::default(), arguments, &self.vector.bytes);
+        let own = caught(&mut Reference::default(), arguments, &self.vector.bytes);
         let got = split(answer).0;
         let lines = match &own {
             Ok(own) if hash == Some(&sha256(split(own).0)) => first_difference(split(own).0, got),
@@ -398,7 +405,7 @@ fn caught(
     arguments: &Arguments,
     input: &[u8],
 ) -> Result<Answer, String> {
-    let answer = catch_unwind(AssertUnwindSafe(|| program.ask(arguments, input)));
+    let answer = catch_unwind(AssertUnwindSafe(|| program.request(arguments, input)));
     answer.unwrap_or_else(|_| Err("a panic".to_string()))
 }
 

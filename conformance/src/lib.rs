@@ -9,12 +9,15 @@ pub mod clauses;
 pub mod dump;
 #[cfg(feature = "generate")]
 pub mod generate;
+pub mod models;
 pub mod options;
 pub mod program;
 pub mod protocol;
+pub mod reference;
 pub mod report;
 pub mod run;
 pub mod serve;
 #[cfg(feature = "generate")]
 pub mod stream_builder;
+mod text;
 pub mod vector;

@@ -41,7 +41,7 @@ const MAX_OUTPUT: u32 = 64 << 20;
 const GRACE: Duration = Duration::from_millis(500);
 
 impl Program for OneShot {
-    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+    fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         let deadline = Instant::now() + self.0.timeout;
         let mut process = Process::start(&self.0, &arguments.words())?;
         let requests = writer(process.stdin());
@@ -76,12 +76,12 @@ impl Batch {
 }
 
 impl Program for Batch {
-    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+    fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         let mut running = match self.running.take() {
             Some(running) => running,
             None => Running::start(&self.foreign)?,
         };
-        let answer = running.ask(arguments, input, self.foreign.timeout);
+        let answer = running.request(arguments, input, self.foreign.timeout);
         // After a failure nothing is known of what is still in its pipes.
         if answer.is_ok() {
             self.running = Some(running);
@@ -109,7 +109,7 @@ impl Running {
         })
     }
 
-    fn ask(
+    fn request(
         &mut self,
         arguments: &Arguments,
         input: &[u8],

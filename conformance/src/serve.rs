@@ -24,7 +24,7 @@ fn one_shot(program: &mut dyn Program, words: &[String]) -> Result<ExitCode, Str
     let mut input = Vec::new();
     let read = io::stdin().lock().read_to_end(&mut input);
     read.map_err(|e| e.to_string())?;
-    let answer = program.ask(&arguments, &input)?;
+    let answer = program.request(&arguments, &input)?;
     let mut stdout = io::stdout().lock();
     let written = stdout
         .write_all(&answer.output)
@@ -39,7 +39,7 @@ fn batch(program: &mut dyn Program) -> Result<ExitCode, String> {
         let words = String::from_utf8(words).map_err(|_| "the arguments are not text")?;
         let arguments = Arguments::parse(words.split_ascii_whitespace())?;
         let input = part(&mut stdin)?.ok_or("a request without input")?;
-        let answer = program.ask(&arguments, &input)?;
+        let answer = program.request(&arguments, &input)?;
         let mut bytes = vec![answer.status as u8];
         bytes.extend((answer.output.len() as u32).to_le_bytes());
         bytes.extend(answer.output);

@@ -1,19 +1,13 @@
 //! Builds streams byte by byte: every field can be given a value that no encoder writes, and the
-//! checksums above it are mended, so that the fault which is meant is the first that a decoder
+//! checksums above it are recomputed, so that the fault which is meant is the first that a decoder
 //! meets.
 //!
 //! Nothing here uses the codec's own writer: layouts are written out once more, from `spec/`.
 
-pub mod probes;
-pub mod range;
-
 use std::hash::Hasher as _;
 
 use dapple_codec::container::crc32c;
-use dapple_codec::points::EMPTY;
 use twox_hash::XxHash64;
-
-use probes::Volume;
 
 /// Record types of the specification.
 pub mod kind {
@@ -76,7 +70,7 @@ impl Header {
     }
 }
 
-/// A stream in the making.
+/// A stream that is being written.
 #[derive(Clone, Debug)]
 pub struct StreamBuilder {
     pub bytes: Vec<u8>,
@@ -256,13 +250,6 @@ pub fn group(id: u32, start: u32, digest: u64) -> Vec<u8> {
     payload
 }
 
-/// Payload of a `track` record.
-pub fn tracks(entries: &[Entry]) -> Vec<u8> {
-    let mut payload = words(&[entries.len() as u32, 0]);
-    payload.extend(entries.iter().flat_map(Entry::bytes));
-    payload
-}
-
 /// Payload of a `track remove` record.
 pub fn removal(ids: &[u32]) -> Vec<u8> {
     let mut payload = words(&[ids.len() as u32]);
@@ -288,223 +275,5 @@ pub fn commit(tick: u64, frame: u32, digest: Option<u64>) -> Vec<u8> {
     payload
 }
 
-/// An entry of a `track` record with all its fields as they will stand there: of a volume where it
-/// has one, else of a hash grid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
-    /// Size of the entry; `None` for the one that fits.
-    pub size: Option<u32>,
-    pub id: u32,
-    pub model: u16,
-    pub coding: u16,
-    pub space: u8,
-    pub has_hash: u8,
-    /// Length of the path; `None` for the one that fits.
-    pub path_length: Option<u16>,
-    pub application: u64,
-    pub hash: u64,
-    pub aabb: [f32; 6],
-    pub grid_from_mesh: [f32; 12],
-    pub dims: [u16; 3],
-    pub dims_reserved: u16,
-    pub cell_edge: f32,
-    pub radius: f32,
-    /// Position, normal, AO.
-    pub widths: [u8; 3],
-    pub widths_reserved: u8,
-    pub buckets: u32,
-    pub capacity: u32,
-    /// Parameters of `probes` in place of those of `points`.
-    pub volume: Option<Volume>,
-    pub path: Vec<u8>,
-    /// Bytes after the path; `None` for zeros to a multiple of four.
-    pub padding: Option<Vec<u8>>,
-}
-
 /// The identity as rows of a 3x4 matrix.
 pub const IDENTITY: [f32; 12] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0.];
-
-impl Entry {
-    /// A small grid of 4 x 3 x 2 cubes, 5 buckets and room for 6 cells.
-    pub fn new(id: u32) -> Entry {
-        Entry {
-            size: None,
-            id,
-            model: 1,
-            coding: 0,
-            space: 0,
-            has_hash: 0,
-            path_length: None,
-            application: 0,
-            hash: 0,
-            aabb: [0.0, 0.0, 0.0, 2.0, 1.5, 1.0],
-            grid_from_mesh: IDENTITY,
-            dims: [4, 3, 2],
-            dims_reserved: 0,
-            cell_edge: 0.5,
-            radius: 0.25,
-            widths: [5, 4, 8],
-            widths_reserved: 0,
-            buckets: 5,
-            capacity: 6,
-            volume: None,
-            path: b"a".to_vec(),
-            padding: None,
-        }
-    }
-
-    /// A volume of `probes`, packed or raw as it has steps or none.
-    pub fn of_volume(id: u32, volume: Volume) -> Entry {
-        Entry {
-            model: 2,
-            coding: u16::from(volume.steps != [0; 6]),
-            volume: Some(volume),
-            ..Entry::new(id)
-        }
-    }
-
-    /// The entry with its padding.
-    pub fn bytes(&self) -> Vec<u8> {
-        let mut rest = Vec::new();
-        rest.extend(self.id.to_le_bytes());
-        rest.extend(self.model.to_le_bytes());
-        rest.extend(self.coding.to_le_bytes());
-        rest.extend([self.space, self.has_hash]);
-        let path_length = self.path_length.unwrap_or(self.path.len() as u16);
-        rest.extend(path_length.to_le_bytes());
-        rest.extend(self.application.to_le_bytes());
-        rest.extend(self.hash.to_le_bytes());
-        rest.extend(floats(&self.aabb));
-        match &self.volume {
-            Some(volume) => rest.extend(volume.bytes()),
-            None => rest.extend(self.grid()),
-        }
-        rest.extend(&self.path);
-        match &self.padding {
-            Some(padding) => rest.extend(padding),
-            None => rest.resize(rest.len().next_multiple_of(4), 0),
-        }
-        let size = self.size.unwrap_or(rest.len() as u32 + 4);
-        [&size.to_le_bytes()[..], &rest].concat()
-    }
-
-    /// The parameters of `points`.
-    fn grid(&self) -> Vec<u8> {
-        let mut grid = floats(&self.grid_from_mesh);
-        grid.extend(self.dims.iter().flat_map(|dim| dim.to_le_bytes()));
-        grid.extend(self.dims_reserved.to_le_bytes());
-        grid.extend(floats(&[self.cell_edge, self.radius]));
-        grid.extend(self.widths);
-        grid.push(self.widths_reserved);
-        grid.extend(words(&[self.buckets, self.capacity]));
-        grid
-    }
-
-    /// Dense index of a cube.
-    pub fn key(&self, [x, y, z]: [u32; 3]) -> u32 {
-        let [dx, dy, _] = self.dims.map(u32::from);
-        x.wrapping_add(dx.wrapping_mul(y.wrapping_add(dy.wrapping_mul(z))))
-    }
-
-    /// Bucket of a key (PSAO Eq. 1).
-    pub fn bucket(&self, key: u32) -> u32 {
-        let [dx, dy, _] = self.dims.map(u32::from);
-        let (x, y, z) = (key % dx, key / dx % dy, key / dx / dy);
-        let h = x
-            .wrapping_add(y.wrapping_mul(dx.wrapping_mul(17)))
-            .wrapping_add(z.wrapping_mul(dx.wrapping_mul(dy).wrapping_mul(31)));
-        h % self.buckets
-    }
-
-    /// Bytes of a packed point.
-    pub fn point_bytes(&self) -> usize {
-        let [position, normal, ao] = self.widths.map(usize::from);
-        (1 + 3 * position + 2 * normal + ao) / 8
-    }
-
-    /// A point of this track's widths from its codes.
-    pub fn point(&self, position: [u32; 3], normal: [u32; 2], ao: u32) -> u32 {
-        let [p, n, a] = self.widths.map(u32::from);
-        let mut word = 1;
-        for axis in [2, 1, 0] {
-            word = word << p | position[axis];
-        }
-        word << (2 * n + a) | normal[1] << (n + a) | normal[0] << a | ao
-    }
-}
-
-/// A track's part of a `points` payload.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Part {
-    pub id: u32,
-    /// Index and entries; fewer than eight are filled up with EMPTY.
-    pub buckets: Vec<(u32, Vec<u32>)>,
-    /// Index, key and points; fewer than seven are filled up with 0.
-    pub cells: Vec<(u32, u32, Vec<u32>)>,
-    /// Bytes of a point.
-    pub point_bytes: usize,
-}
-
-impl Part {
-    /// An empty part of a track.
-    pub fn of(entry: &Entry) -> Part {
-        Part {
-            id: entry.id,
-            point_bytes: entry.point_bytes(),
-            ..Part::default()
-        }
-    }
-
-    /// With a bucket.
-    pub fn bucket(mut self, index: u32, entries: &[u32]) -> Part {
-        self.buckets.push((index, entries.to_vec()));
-        self
-    }
-
-    /// With a cell.
-    pub fn cell(mut self, index: u32, key: u32, points: &[u32]) -> Part {
-        self.cells.push((index, key, points.to_vec()));
-        self
-    }
-}
-
-/// Payload of a `points` record; `base` is `None` for a keyframe.
-pub fn points(base: Option<u32>, parts: &[Part]) -> Vec<u8> {
-    let flags = u32::from(base.is_none());
-    let mut payload = words(&[parts.len() as u32, flags, base.unwrap_or(0), 0]);
-    for part in parts {
-        let counts = [part.buckets.len() as u32, part.cells.len() as u32];
-        payload.extend(words(&[part.id, counts[0], counts[1]]));
-    }
-    for part in parts {
-        payload.extend(words(&gaps(part.buckets.iter().map(|bucket| bucket.0))));
-        for (_, entries) in &part.buckets {
-            let mut all = [EMPTY; 8];
-            all[..entries.len()].copy_from_slice(entries);
-            payload.extend(words(&all));
-        }
-        payload.extend(words(&gaps(part.cells.iter().map(|cell| cell.0))));
-        payload.extend(words(&part.cells.iter().map(|c| c.1).collect::<Vec<_>>()));
-        for (_, _, points) in &part.cells {
-            let mut all = [0; 7];
-            all[..points.len()].copy_from_slice(points);
-            for point in all {
-                payload.extend(&point.to_le_bytes()[..part.point_bytes]);
-            }
-        }
-        payload.resize(payload.len().next_multiple_of(4), 0);
-    }
-    payload
-}
-
-/// Gaps of ascending indices.
-pub fn gaps(indices: impl Iterator<Item = u32>) -> Vec<u32> {
-    let mut next = 0u32;
-    indices
-        .map(|index| {
-            let gap = index.wrapping_sub(next);
-            next = index.wrapping_add(1);
-            gap
-        })
-        .collect()
-}

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::protocol::{self, Fault, Interpolation};
+use crate::models::Query;
+use crate::protocol::{self, Fault};
 
 /// What sort of vector it is: the folder it lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,92 +68,6 @@ impl Class {
             Class::Value => "value",
             Class::Behaviour => "behaviour",
         }
-    }
-}
-
-/// A look-up and the intervals that its result must lie in.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Query {
-    /// Of a track of `points`.
-    Points(PointsQuery),
-    /// Of a track of `probes`.
-    Probes(ProbesQuery),
-}
-
-/// A look-up of AO.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PointsQuery {
-    /// Track id.
-    pub track: u32,
-    /// Grid-space position in 1/65536 m.
-    pub position: [i32; 3],
-    /// Direction of the normal, to be normalised.
-    pub normal: [i32; 3],
-    /// Smallest and largest AO, in 1/65536.
-    pub ao: [u32; 2],
-}
-
-/// A look-up of light.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ProbesQuery {
-    /// Track id.
-    pub track: u32,
-    /// Grid-space position in 1/65536 m.
-    pub position: [i32; 3],
-    /// Direction of the normal, to be normalised.
-    pub normal: [i32; 3],
-    /// Direction to the viewer, to be normalised.
-    pub view: [i32; 3],
-    /// 0 to 65536, in 1/65536.
-    pub roughness: u32,
-    /// How probes are weighed.
-    pub interpolation: Interpolation,
-    /// Smallest and largest irradiance, red, green and blue, in 1/65536.
-    pub irradiance: [[u64; 2]; 3],
-    /// Smallest and largest filtered radiance, likewise.
-    pub radiance: [[u64; 2]; 3],
-}
-
-impl Query {
-    /// The line that asks it (`conformance/README.md`).
-    pub fn line(&self) -> String {
-        let words = |v: [i32; 3]| v.map(|c| c.to_string()).join(" ");
-        match self {
-            Query::Points(q) => format!("{} {} {}", q.track, words(q.position), words(q.normal)),
-            Query::Probes(q) => format!(
-                "{} {} {} {} {} {}",
-                q.track,
-                words(q.position),
-                words(q.normal),
-                words(q.view),
-                q.roughness,
-                q.interpolation.name()
-            ),
-        }
-    }
-
-    /// The interval of each number of the answer.
-    pub fn intervals(&self) -> Vec<[f64; 2]> {
-        let steps = |ends: [u64; 2]| ends.map(|end| end as f64 / 65536.0);
-        match self {
-            Query::Points(query) => vec![steps(query.ao.map(u64::from))],
-            Query::Probes(q) => q
-                .irradiance
-                .into_iter()
-                .chain(q.radiance)
-                .map(steps)
-                .collect(),
-        }
-    }
-
-    /// Whether these are numbers of an answer that is right.
-    pub fn takes(&self, answer: &[f64]) -> bool {
-        let intervals = self.intervals();
-        let mut pairs = intervals.iter().zip(answer);
-        intervals.len() == answer.len() && pairs.all(|([low, high], v)| (low..=high).contains(&v))
     }
 }
 

@@ -6,8 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use dapple_conformance::clauses::{self, BEHAVIOUR, Clause};
-use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
-use dapple_conformance::stream_builder::range::INITIAL;
+use dapple_conformance::models::probes::range::INITIAL;
+use dapple_conformance::protocol::{Arguments, Mode, Program as _};
+use dapple_conformance::reference::Reference;
 use dapple_conformance::vector::{self, Class, Kind, Vector};
 
 fn chapters() -> BTreeMap<String, String> {
@@ -134,7 +135,7 @@ fn faults(vector: &Vector) -> Vec<u16> {
         limits: vector.info.limits.clone(),
         ..Arguments::default()
     };
-    let answer = Own::default().ask(&arguments, &vector.bytes);
+    let answer = Reference::default().request(&arguments, &vector.bytes);
     let output = answer.expect("a transcript").output;
     let text = String::from_utf8(output).expect("text");
     let faults = text.lines().filter_map(|line| line.strip_prefix("error "));

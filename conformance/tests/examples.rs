@@ -3,8 +3,9 @@
 use std::fs;
 
 use dapple_conformance::clauses;
-use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _, Status};
-use dapple_conformance::stream_builder::range::INITIAL;
+use dapple_conformance::models::probes::range::INITIAL;
+use dapple_conformance::protocol::{Arguments, Mode, Program as _, Status};
+use dapple_conformance::reference::Reference;
 
 /// The lines of the fenced blocks of one kind.
 fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
@@ -68,8 +69,8 @@ fn decodes_to_its_dump((name, files): (&str, &str)) {
     let stream = bytes(&blocks(&text, "hex"));
     let dump = blocks(&text, "dump").join("\n") + "\n";
     assert!(stream.len() > 500, "the blocks are not found");
-    let answer = Own::default()
-        .ask(&Arguments::default(), &stream)
+    let answer = Reference::default()
+        .request(&Arguments::default(), &stream)
         .expect("an answer");
     assert_eq!(String::from_utf8_lossy(&answer.output), dump);
     assert_eq!(answer.status, Status::Complete);
@@ -96,7 +97,9 @@ fn the_losses_come_to_the_transcript() {
         mode: Mode::Session,
         ..Arguments::default()
     };
-    let answer = Own::default().ask(&arguments, &script).expect("an answer");
+    let answer = Reference::default()
+        .request(&arguments, &script)
+        .expect("an answer");
     let transcript = blocks(&text, "transcript").join("\n") + "\n";
     assert_eq!(String::from_utf8_lossy(&answer.output), transcript);
     assert!(file("loss", "dapple") == stream, "loss.dapple");

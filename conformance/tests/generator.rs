@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use dapple_conformance::generate;
-use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
+use dapple_conformance::protocol::{Arguments, Mode, Program as _};
+use dapple_conformance::reference::Reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 
 fn vectors() -> Vec<Vector> {
@@ -58,7 +59,7 @@ fn each_error_has_a_vector() {
             wanted.remove(&fault.id);
         }
         if vector.kind == Kind::Sessions {
-            let answer = Own::default().ask(&arguments, &vector.bytes);
+            let answer = Reference::default().request(&arguments, &vector.bytes);
             let transcript = String::from_utf8(answer.expect("a script").output);
             for line in transcript.expect("text").lines() {
                 let words: Vec<&str> = line.split(' ').collect();

@@ -3,13 +3,15 @@
 use std::f64::consts::PI;
 
 use dapple_conformance::clauses;
-use dapple_conformance::generate::expected::{Content, TrackContent};
+use dapple_conformance::generate::expected::TrackContent;
 use dapple_conformance::generate::frames::Frames;
-use dapple_conformance::generate::lighting::{self, CONSTANTS, Field, Surface, asked, look_up};
-use dapple_conformance::protocol::Interpolation;
-use dapple_conformance::stream_builder::Entry;
-use dapple_conformance::stream_builder::probes::{Probe, Volume};
-use dapple_conformance::vector::ProbesQuery;
+use dapple_conformance::models::Expected;
+use dapple_conformance::models::entry::Entry;
+use dapple_conformance::models::probes::expected::Content;
+use dapple_conformance::models::probes::oracle::{self, CONSTANTS, Field, Surface, asked, look_up};
+use dapple_conformance::models::probes::queries::Interpolation;
+use dapple_conformance::models::probes::queries::ProbesQuery;
+use dapple_conformance::models::probes::writer::{Probe, Volume};
 
 /// A track of one frame with raw probes and the same texel everywhere.
 fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> TrackContent {
@@ -70,7 +72,10 @@ fn questions_that_rounding_decides_are_refused() {
     assert!(nearly([255, 0]).is_ok() && nearly([100, 0]).is_ok());
     // Between 254 and 255 a mean may lie on either side of 254.5.
     let mut mixed = held(&seeing, probes.clone(), Some([255, 0]));
-    let bytes = mixed.visibility.as_mut().expect("a block");
+    let Expected::Probes(state) = &mut mixed.state else {
+        panic!("a track of probes");
+    };
+    let bytes = state.visibility.as_mut().expect("a block");
     bytes.iter_mut().step_by(4).for_each(|byte| *byte = 254);
     let refused = (0..200).any(|i| {
         let x = [0.25, 0.01 * f64::from(i) - 1.0, 0.3];
@@ -146,8 +151,8 @@ fn the_worked_share_is_the_oracles() {
     let q: [f64; 3] = [0.3, -0.1, -0.6];
     let d = q.iter().map(|c| c * c).sum::<f64>().sqrt();
     let code = 2.0 / 255.0;
-    let (mean, square) = lighting::moments(4, 2.0, &texels, q);
-    let share = lighting::share(mean, square, d, code);
+    let (mean, square) = oracle::moments(4, 2.0, &texels, q);
+    let share = oracle::share(mean, square, d, code);
     // The other way of the crush, as the share is crushed.
     let cubed = (share * 0.2 * 0.2).cbrt();
     for (name, value) in [
@@ -194,7 +199,7 @@ fn the_lobe_is_that_of_the_text_and_of_its_integral() {
     }
     assert_eq!(entries.len(), 64);
     for (i, stated) in entries.iter().enumerate() {
-        for (stated, exact) in stated.iter().zip(lighting::lobe(i)) {
+        for (stated, exact) in stated.iter().zip(oracle::lobe(i)) {
             assert!((stated - exact).abs() <= 5.1e-8, "{i}: {stated} {exact}");
         }
     }
@@ -210,7 +215,7 @@ fn the_lobe_is_that_of_the_text_and_of_its_integral() {
             }
         }
         let [i1, i2, i3] = integrals;
-        let [k1, k2] = lighting::lobe(i);
+        let [k1, k2] = oracle::lobe(i);
         assert!((k1 - i2 / i1).abs() < 1e-6, "{i}");
         assert!((k2 - (3.0 * i3 / i1 - 1.0) / 2.0).abs() < 1e-6, "{i}");
     }

@@ -4,9 +4,12 @@ use std::f64::consts::PI;
 
 use dapple_codec::{Decoder, LiveTrack, Model};
 use dapple_conformance::generate;
-use dapple_conformance::generate::lighting::{self, CONSTANTS};
-use dapple_conformance::protocol::{self, Interpolation};
-use dapple_conformance::vector::{Kind, ProbesQuery, Query, Vector};
+use dapple_conformance::models::Query;
+use dapple_conformance::models::probes::oracle::{self, CONSTANTS};
+use dapple_conformance::models::probes::queries::Interpolation;
+use dapple_conformance::models::probes::queries::ProbesQuery;
+use dapple_conformance::reference;
+use dapple_conformance::vector::{Kind, Vector};
 
 /// An enum, and a list of all its variants.
 macro_rules! listed {
@@ -414,7 +417,7 @@ impl Sampler<'_> {
         let entry = (at as usize).min(62);
         let f = at - entry as f64;
         let lobe = |degree: usize| {
-            let (low, high) = (lighting::lobe(entry), lighting::lobe(entry + 1));
+            let (low, high) = (oracle::lobe(entry), oracle::lobe(entry + 1));
             low[degree] * (1.0 - f) + high[degree] * f
         };
         let lobes = match self.wrong(LobeWithoutTable) {
@@ -429,7 +432,7 @@ impl Sampler<'_> {
             cosine = cosine.map(|a| a / PI);
         }
         [(cosine, n), (lobes, h)].map(|(factors, d)| {
-            let mut basis = lighting::basis(d);
+            let mut basis = oracle::basis(d);
             if self.wrong(BasisInOrderXyz) {
                 (basis[1], basis[2], basis[3]) = (basis[3], basis[1], basis[2]);
             }
@@ -472,7 +475,7 @@ fn decoded() -> Vec<(Vector, Decoder)> {
         .into_iter()
         .filter(|v| v.kind == Kind::Queries && v.area == "probes");
     let decode = |vector: Vector| {
-        let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+        let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
         (vector, decoder)
     };
     queries.map(decode).collect()
@@ -492,7 +495,7 @@ fn right(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> bool {
         live: live.expect("a live track"),
         mistake,
     };
-    query.takes(sampler.sample(asked).as_flattened())
+    query.accepts(sampler.sample(asked).as_flattened())
 }
 
 #[test]

@@ -4,34 +4,40 @@
 use dapple_codec::Decoder;
 use dapple_codec::points::{Cell, EMPTY, Grid};
 use dapple_conformance::generate;
-use dapple_conformance::generate::frames::{Frames, entry, filled};
-use dapple_conformance::generate::queries::Draw;
-use dapple_conformance::generate::sampling::{all, look_up, occlusion, place, within_block};
-use dapple_conformance::protocol;
-use dapple_conformance::stream_builder::Entry;
-use dapple_conformance::vector::{Kind, PointsQuery, Query, Vector};
+use dapple_conformance::generate::draw::Draw;
+use dapple_conformance::generate::frames::Frames;
+use dapple_conformance::models::Query;
+use dapple_conformance::models::entry::Entry;
+use dapple_conformance::models::points::frames::{entry, filled};
+use dapple_conformance::models::points::oracle::{all, look_up, occlusion, place, within_block};
+use dapple_conformance::models::points::queries::PointsQuery;
+use dapple_conformance::models::points::writer;
+use dapple_conformance::reference;
+use dapple_conformance::vector::{Kind, Vector};
 
 #[test]
 fn the_oracle_finds_what_a_search_over_all_points_finds() {
     let mut draw = Draw(1);
     let (mut found, mut asked) = (0, 0);
     for round in 0..60 {
-        let entry = Entry {
+        let grid = writer::Grid {
             dims: [0; 3].map(|_| 1 + draw.below(5) as u16),
             buckets: 1 + draw.below(200),
             capacity: 1000,
             radius: [0.25, 0.2, 0.05][round % 3],
-            ..entry(1, [[5, 4, 8], [4, 3, 5], [2, 2, 5], [1, 6, 8]][round % 4])
+            widths: [[5, 4, 8], [4, 3, 5], [2, 2, 5], [1, 6, 8]][round % 4],
+            ..writer::Grid::default()
         };
-        let volume = entry.dims.iter().map(|d| u32::from(*d)).product();
-        let mut room = vec![8; entry.buckets as usize];
+        let entry = Entry::of_grid(1, grid.clone());
+        let volume = grid.dims.iter().map(|d| u32::from(*d)).product();
+        let mut room = vec![8; grid.buckets as usize];
         let mut cells = Vec::new();
         for cell in 0..60 {
             let key = draw.below(volume);
-            let left = &mut room[entry.bucket(key) as usize];
+            let left = &mut room[grid.bucket(key) as usize];
             if *left > 0 {
                 *left -= 1;
-                let top = 8 * entry.point_bytes() as u32 - 1;
+                let top = 8 * grid.point_bytes() as u32 - 1;
                 let count = draw.below(8);
                 let points = (0..count).map(|_| draw.below(1 << top) | 1 << top);
                 cells.push((cell, key, points.collect()));
@@ -43,7 +49,7 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
             .tracks
             .remove(0);
         let points = all(&held);
-        let radius = f64::from(entry.radius);
+        let radius = f64::from(grid.radius);
         for _ in 0..400 {
             let spread = |dim: u16, draw: &mut Draw| {
                 let span = (u32::from(dim) + 2) * 32768;
@@ -51,7 +57,7 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
             };
             let query = PointsQuery {
                 track: 1,
-                position: entry.dims.map(|dim| spread(dim, &mut draw)),
+                position: grid.dims.map(|dim| spread(dim, &mut draw)),
                 normal: [0; 3].map(|_| draw.below(2001) as i32 - 1000),
                 ao: [0; 2],
             };
@@ -75,9 +81,12 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
 fn questions_at_a_threshold_are_refused() {
     // A point at 0.7578125 along each axis, its normal along z.
     let entry = entry(1, [5, 4, 8]);
-    let point = entry.point([16; 3], [0; 2], 100);
+    let point = entry.grid().point([16; 3], [0; 2], 100);
     let held = Frames::new(std::slice::from_ref(&entry))
-        .keyframe(&[filled(&entry, &[(0, entry.key([1; 3]), vec![point])])])
+        .keyframe(&[filled(
+            &entry,
+            &[(0, entry.grid().key([1; 3]), vec![point])],
+        )])
         .commit()
         .tracks
         .remove(0);
@@ -377,7 +386,7 @@ fn decoded() -> Vec<(Vector, Decoder)> {
         .into_iter()
         .filter(|v| v.kind == Kind::Queries && v.area == "points");
     let decode = |vector: Vector| {
-        let decoder = protocol::decoded(&vector.bytes).expect("a valid stream with its end");
+        let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
         (vector, decoder)
     };
     queries.map(decode).collect()
@@ -385,7 +394,7 @@ fn decoded() -> Vec<(Vector, Decoder)> {
 
 fn right(query: &Query, sample: impl Fn(&PointsQuery) -> f64) -> bool {
     match query {
-        Query::Points(points) => query.takes(&[sample(points)]),
+        Query::Points(points) => query.accepts(&[sample(points)]),
         Query::Probes(_) => false,
     }
 }

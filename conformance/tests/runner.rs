@@ -5,19 +5,20 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dapple_conformance::checks::query_input;
+use dapple_conformance::models::Query;
+use dapple_conformance::models::Samplers;
+use dapple_conformance::models::entry::{Entry, tracks};
+use dapple_conformance::models::points::queries::PointsQuery;
+use dapple_conformance::models::points::writer::{Part, points};
+use dapple_conformance::models::probes::queries::Interpolation;
+use dapple_conformance::models::probes::writer::Volume;
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{
-    Answer, Arguments, Interpolation, Mode, Own, Program, Status, split,
-};
+use dapple_conformance::protocol::{Answer, Arguments, Mode, Program, Status, split};
+use dapple_conformance::reference::Reference;
 use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
-use dapple_conformance::stream_builder::probes::Volume;
-use dapple_conformance::stream_builder::{
-    self, Entry, Part, StreamBuilder, commit, group, kind, points, tracks,
-};
-use dapple_conformance::vector::{
-    Class, Info, Kind, PointsQuery, Query, Vector, files_of, load, sha256,
-};
+use dapple_conformance::stream_builder::{self, StreamBuilder, commit, group, kind};
+use dapple_conformance::vector::{Class, Info, Kind, Vector, files_of, load, sha256};
 
 const DECODER: &str = env!("CARGO_BIN_EXE_decoder");
 const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
@@ -25,10 +26,10 @@ const BROKEN: &str = env!("CARGO_BIN_EXE_broken");
 /// A stream of one frame with one point.
 fn stream() -> StreamBuilder {
     let entry = Entry::new(1);
-    let key = entry.key([1, 1, 1]);
-    let point = entry.point([3, 7, 30], [1, 2], 200);
+    let key = entry.grid().key([1, 1, 1]);
+    let point = entry.grid().point([3, 7, 30], [1, 2], 200);
     let part = Part::of(&entry)
-        .bucket(entry.bucket(key), &[0])
+        .bucket(entry.grid().bucket(key), &[0])
         .cell(0, key, &[point]);
     let mut builder = StreamBuilder::started();
     builder
@@ -48,7 +49,9 @@ fn vector(kind: Kind, name: &str, bytes: Vec<u8>, limits: &[(&str, u64)]) -> Vec
         limits: limits.clone(),
         ..Arguments::default()
     };
-    let answer = Own::default().ask(&arguments, &bytes).expect("an answer");
+    let answer = Reference::default()
+        .request(&arguments, &bytes)
+        .expect("an answer");
     let (dump, error) = split(&answer);
     let hash = Some(sha256(dump));
     let queries = match kind {
@@ -285,10 +288,10 @@ struct Moody {
 }
 
 impl Program for Moody {
-    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+    fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         match arguments.limits["tracks"] {
             7 | 20..40 => Err("a mood".to_string()),
-            _ => Own::default().ask(arguments, input),
+            _ => Reference::default().request(arguments, input),
         }
     }
 
@@ -332,27 +335,27 @@ fn a_pipe_that_nobody_reads_blocks_nothing() {
     let large = vec![7; 4 << 20];
     let mut leaves = OneShot(foreign("exit 1 #".to_string(), 20.0, 0));
     let answer = leaves
-        .ask(&Arguments::default(), &large)
+        .request(&Arguments::default(), &large)
         .expect("an exit code");
     assert_eq!(answer.status, Status::Refused);
     for command in ["sleep 60 #", "sleep 60 & exec sleep 60 #"] {
         let foreign = foreign(command.to_string(), 0.2, 0);
-        let late = OneShot(foreign.clone()).ask(&Arguments::default(), &large);
+        let late = OneShot(foreign.clone()).request(&Arguments::default(), &large);
         assert!(late.is_err_and(|error| error.contains("no end within")));
-        let late = Batch::new(foreign).ask(&Arguments::default(), &large);
+        let late = Batch::new(foreign).request(&Arguments::default(), &large);
         assert!(late.is_err_and(|error| error.contains("no end within")));
     }
     // Garbage that was there before the request.
     let chatter = "head -c 8 >/dev/null; printf '\\0\\0\\0\\0\\0hello'; sleep 60 #";
     let mut chatter = Batch::new(foreign(chatter.to_string(), 20.0, 0));
-    let first = chatter.ask(&Arguments::default(), b"");
+    let first = chatter.request(&Arguments::default(), b"");
     assert!(first.is_ok_and(|answer| answer.status == Status::Complete));
     std::thread::sleep(Duration::from_millis(100));
-    let second = chatter.ask(&Arguments::default(), b"");
+    let second = chatter.request(&Arguments::default(), b"");
     assert!(second.is_err_and(|error| error.contains("status 104")));
     // A process that outlives its parent and holds the pipes open.
     let mut orphan = OneShot(foreign("sleep 3 & exit 1 #".to_string(), 0.2, 0));
-    assert!(orphan.ask(&Arguments::default(), b"").is_err());
+    assert!(orphan.request(&Arguments::default(), b"").is_err());
 }
 
 #[cfg(unix)]
@@ -366,7 +369,7 @@ fn children_in_the_background_die_with_their_program() {
         let command = format!("{child}{silence} & exit 1 #");
         let seconds = [20.0, 0.3][number];
         let mut program = OneShot(foreign(command, seconds, 0));
-        let answer = program.ask(&Arguments::default(), b"");
+        let answer = program.request(&Arguments::default(), b"");
         assert_eq!(answer.is_ok(), number == 0, "{answer:?}");
     }
     std::thread::sleep(Duration::from_secs(3));
@@ -385,7 +388,7 @@ fn the_shell_acts_on_nothing_in_a_vector() {
         ..Arguments::default()
     };
     let mut program = OneShot(foreign("true".to_string(), 20.0, 0));
-    let answer = program.ask(&arguments, b"").expect("an exit code");
+    let answer = program.request(&arguments, b"").expect("an exit code");
     assert_eq!(answer.status, Status::Complete);
     assert!(!file.exists());
 }
@@ -483,9 +486,11 @@ fn vectors_are_read_with_care() {
 
 #[test]
 fn a_query_is_seven_numbers_in_range() {
-    let mut own = Own {
-        sampler: Some(|_, _, _, normal| normal[1]),
-        ..Own::default()
+    let mut own = Reference {
+        samplers: Samplers {
+            points: Some(|_, _, _, normal| normal[1]),
+            ..Samplers::default()
+        },
     };
     let arguments = Arguments {
         mode: Mode::Queries,
@@ -495,7 +500,7 @@ fn a_query_is_seven_numbers_in_range() {
     let mut ask = |line: &str| {
         let mut input = query_input(&stream, &[]);
         input.extend(line.bytes());
-        own.ask(&arguments, &input)
+        own.request(&arguments, &input)
     };
     // The squares of these have no sum in 64 bits.
     let answer = ask("1 0 0 0 0 -2147483648 0\n").expect("a value");
@@ -519,20 +524,22 @@ fn a_query_is_seven_numbers_in_range() {
 /// What was asked, in order.
 #[test]
 fn a_query_of_light_is_eleven_numbers_and_a_word() {
-    let mut own = Own {
-        light: Some(|_, _, s| {
-            let visibility_weighted = s.interpolation == Interpolation::VisibilityWeighted;
-            let roughness = s.roughness;
-            [
-                s.position,
+    let mut own = Reference {
+        samplers: Samplers {
+            probes: Some(|_, _, s| {
+                let visibility_weighted = s.interpolation == Interpolation::VisibilityWeighted;
+                let roughness = s.roughness;
                 [
-                    s.normal[1],
-                    s.view[0],
-                    if visibility_weighted { roughness } else { -1.0 },
-                ],
-            ]
-        }),
-        ..Own::default()
+                    s.position,
+                    [
+                        s.normal[1],
+                        s.view[0],
+                        if visibility_weighted { roughness } else { -1.0 },
+                    ],
+                ]
+            }),
+            ..Samplers::default()
+        },
     };
     let arguments = Arguments {
         mode: Mode::Queries,
@@ -545,7 +552,7 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
     let mut ask = |line: &str| {
         let mut input = query_input(&stream, &[]);
         input.extend(line.bytes());
-        own.ask(&arguments, &input)
+        own.request(&arguments, &input)
     };
     let answer = ask("3 65536 -32768 0 0 -9 0 5 0 0 16384 visibility-weighted\n").expect("a line");
     assert_eq!(answer.output, b"1 -0.5 0 -1 1 0.25\n");
@@ -565,13 +572,15 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
         assert!(ask(line).is_err_and(|e| e.contains("no query")), "{line}");
     }
     // Who samples points alone does not do this.
-    let mut own = Own {
-        sampler: Some(|_, _, _, _| 1.0),
-        ..Own::default()
+    let mut own = Reference {
+        samplers: Samplers {
+            points: Some(|_, _, _, _| 1.0),
+            ..Samplers::default()
+        },
     };
     let mut input = query_input(&stream, &[]);
     input.extend(b"3 0 0 0 0 1 0 0 1 0 0 visibility-weighted\n");
-    let answer = own.ask(&arguments, &input).expect("an answer");
+    let answer = own.request(&arguments, &input).expect("an answer");
     assert_eq!(answer.status, Status::NotImplemented);
 }
 
@@ -583,15 +592,17 @@ fn queries_are_held_to_their_intervals() {
         (0.51, Verdict::Failed),
         (f32::NAN, Verdict::Failed),
     ] {
-        let samplers: [(f32, dapple_conformance::protocol::Sampler); 3] = [
+        let samplers: [(f32, dapple_conformance::models::points::queries::Sampler); 3] = [
             (0.25, |_, _, _, _| 0.25),
             (0.51, |_, _, _, _| 0.51),
             (f32::NAN, |_, _, _, _| f32::NAN),
         ];
         let sampler = samplers.iter().find(|s| s.0.to_bits() == ao.to_bits());
-        let mut own = Own {
-            sampler: sampler.map(|s| s.1),
-            ..Own::default()
+        let mut own = Reference {
+            samplers: Samplers {
+                points: sampler.map(|s| s.1),
+                ..Samplers::default()
+            },
         };
         let report = held(&mut own, &vectors, &Options::default());
         assert_eq!(verdict(&report, "point", Level::Queries), expected);
@@ -600,9 +611,11 @@ fn queries_are_held_to_their_intervals() {
 
 #[test]
 fn a_panic_is_a_failure_of_its_vector() {
-    let mut own = Own {
-        sampler: Some(|_, _, _, _| panic!("on purpose")),
-        ..Own::default()
+    let mut own = Reference {
+        samplers: Samplers {
+            points: Some(|_, _, _, _| panic!("on purpose")),
+            ..Samplers::default()
+        },
     };
     let report = held(&mut own, &vectors(), &Options::default());
     assert_eq!(verdict(&report, "point", Level::Queries), Verdict::Failed);
@@ -633,14 +646,20 @@ fn the_skip_file_is_held_to_what_it_says() {
     let report = held(&mut dump, &vectors[4..], &skipping);
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
-    let report = held(&mut Own::default(), &vectors, &skipping);
+    let report = held(&mut Reference::default(), &vectors, &skipping);
     assert!(!report.passed());
     assert_eq!(outcome(&report, "whole").failures[0].check, "skip file");
     let stranger = Options {
         skips: skips("container/valid/nothing because").expect("skips"),
         ..Options::default()
     };
-    let error = run("", &mut Own::default(), &vectors, &stranger, &mut |_| {});
+    let error = run(
+        "",
+        &mut Reference::default(),
+        &vectors,
+        &stranger,
+        &mut |_| {},
+    );
     assert!(error.is_err_and(|error| error.contains("container/valid/nothing")));
     assert!(skips("container/valid/whole").is_err());
     assert!(skips("a b\na c").is_err());
@@ -655,14 +674,16 @@ fn what_is_not_implemented_does_not_pass() {
     assert!(!report.passed());
     assert_eq!(report.result(), "failed: nothing is implemented");
     // Without a sampler, and thus without queries.
-    let report = held(&mut Own::default(), &vectors, &Options::default());
+    let report = held(&mut Reference::default(), &vectors, &Options::default());
     assert!(report.passed());
     assert_eq!(report.result(), "nothing failed, 1 not implemented");
     let text = dapple_conformance::report::text(&report);
     assert!(text.ends_with("\nnothing failed, 1 not implemented\n"));
-    let mut own = Own {
-        sampler: Some(|_, _, _, _| 0.25),
-        ..Own::default()
+    let mut own = Reference {
+        samplers: Samplers {
+            points: Some(|_, _, _, _| 0.25),
+            ..Samplers::default()
+        },
     };
     let report = held(&mut own, &vectors, &Options::default());
     assert_eq!(report.result(), "passed");
@@ -694,11 +715,20 @@ fn levels_and_filter_choose() {
         filter: "valid/whole".to_string(),
         ..Options::default()
     };
-    let report = held(&mut Own::default(), &vectors, &filter);
+    let report = held(&mut Reference::default(), &vectors, &filter);
     assert_eq!(report.outcomes.len(), 1);
     let nothing = Options {
         filter: "nothing".to_string(),
         ..Options::default()
     };
-    assert!(run("", &mut Own::default(), &vectors, &nothing, &mut |_| {}).is_err());
+    assert!(
+        run(
+            "",
+            &mut Reference::default(),
+            &vectors,
+            &nothing,
+            &mut |_| {}
+        )
+        .is_err()
+    );
 }

@@ -1,6 +1,7 @@
 //! Dumps and transcripts to read: hashes alone would hide what a change changes.
 
-use dapple_conformance::protocol::{Arguments, Mode, Own, Program as _};
+use dapple_conformance::protocol::{Arguments, Mode, Program as _};
+use dapple_conformance::reference::Reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 
 /// Vectors that show much in little.
@@ -37,7 +38,7 @@ fn output(vector: &Vector) -> String {
         live: vector.info.live,
         ..Arguments::default()
     };
-    let answer = Own::default().ask(&arguments, &vector.bytes);
+    let answer = Reference::default().request(&arguments, &vector.bytes);
     String::from_utf8(answer.expect("an answer").output).expect("text")
 }
 

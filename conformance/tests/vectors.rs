@@ -2,7 +2,7 @@
 //! runs use: nothing runs beneath it but `dapple-codec`.
 
 use dapple_conformance::options::{Extent, Options};
-use dapple_conformance::protocol::Own;
+use dapple_conformance::reference::Reference;
 use dapple_conformance::run::run;
 use dapple_conformance::vector;
 
@@ -24,7 +24,13 @@ fn passes(prefixes: Extent, flips: Extent) {
         ..Options::default()
     };
     let vectors = vector::load(&vector::folder()).expect("vectors");
-    let report = run("own", &mut Own::default(), &vectors, &options, &mut |_| {});
+    let report = run(
+        "own",
+        &mut Reference::default(),
+        &vectors,
+        &options,
+        &mut |_| {},
+    );
     let mut failed = String::new();
     for outcome in report.expect("vectors to run").outcomes {
         if outcome.failed() {

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use dapple_codec::{Limit, Limits};
 use dapple_conformance::program::{Batch, Foreign};
-use dapple_conformance::protocol::{Arguments, Own, Program};
+use dapple_conformance::protocol::{Arguments, Program};
+use dapple_conformance::reference::Reference;
 use dapple_fuzz::mend::{Mend, mend};
 use dapple_fuzz::{LIMITS, structured};
 use libfuzzer_sys::fuzz_target;
@@ -45,11 +46,11 @@ fuzz_target!(|data: &[u8]| {
     arguments
         .limits
         .insert(Limit::WorkPerByte.name().into(), u32::MAX.into());
-    let ours = Own::default()
-        .ask(&arguments, &bytes)
+    let ours = Reference::default()
+        .request(&arguments, &bytes)
         .expect("our decoder answers");
     arguments.limits.remove(Limit::WorkPerByte.name());
-    let other = OTHER.with_borrow_mut(|other| other.ask(&arguments, &bytes));
+    let other = OTHER.with_borrow_mut(|other| other.request(&arguments, &bytes));
     let other = other.expect("the other decoder answers");
     if ours != other {
         let text = |output: &[u8]| String::from_utf8_lossy(output).into_owned();

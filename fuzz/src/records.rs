@@ -121,7 +121,7 @@ fn tracks(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
                 2 | u32::from(volume.coding != Coding::Raw) << 16,
                 parameters_of_volume(volume, large),
             ),
-            _ => (1, parameters_of_grid(track.grid().expect("points"), large)),
+            Model::Points(grid) => (1, parameters_of_grid(grid, large)),
         };
         let size = 56 + parameters.len() + path.len();
         let padding = size.next_multiple_of(4) - size;

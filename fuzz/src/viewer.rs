@@ -318,7 +318,6 @@ fn check(decoder: &Decoder, limits: &Limits) {
                 volumes::check(decoder.probes(), live, volume);
                 continue;
             }
-            _ => panic!("a track of an unknown model"),
         };
         let (buckets, cells) = (points.buckets_of(live), points.cells_of(live));
         assert_eq!(buckets.len(), grid.bucket_count as usize);

@@ -8,9 +8,13 @@ use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dapple_conformance::clauses::{self, Clause};
+use dapple_conformance::models::Samplers;
+use dapple_conformance::models::probes::queries::Interpolation;
+use dapple_conformance::models::probes::queries::Surface;
 use dapple_conformance::options::{Extent, Level, Options};
 use dapple_conformance::program::{Batch, Foreign, OneShot};
-use dapple_conformance::protocol::{Interpolation, Own, Program, Surface};
+use dapple_conformance::protocol::Program;
+use dapple_conformance::reference::Reference;
 use dapple_conformance::report;
 use dapple_conformance::run::{self, Report};
 use dapple_conformance::vector::{self, Vector};
@@ -149,9 +153,11 @@ fn held(args: &Args) -> std::result::Result<Report, String> {
 
 fn program(args: &Args) -> Box<dyn Program> {
     let Some(command) = &args.decoder else {
-        return Box::new(Own {
-            sampler: Some(ambient_occlusion),
-            light: Some(light),
+        return Box::new(Reference {
+            samplers: Samplers {
+                points: Some(ambient_occlusion),
+                probes: Some(light),
+            },
         });
     };
     let foreign = Foreign {

@@ -104,8 +104,6 @@ enum ModelReport {
         /// Those that are not absent.
         present: u64,
     },
-    /// Of a later version of the library.
-    Unknown,
 }
 
 /// Runs the command. A stream with a fault is reported up to it, with exit code 1; one that stops
@@ -187,7 +185,6 @@ impl TrackReport {
         let (dims, model) = match &track.model {
             Model::Points(grid) => (grid.dims, of_points(decoder, live, grid)),
             Model::Probes(volume) => (volume.dims, of_probes(decoder, live, volume)),
-            _ => ([0; 3], ModelReport::Unknown),
         };
         TrackReport {
             id: track.id,

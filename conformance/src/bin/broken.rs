@@ -5,7 +5,8 @@ use std::io::Write as _;
 use std::process::{ExitCode, abort, exit};
 use std::time::Duration;
 
-use dapple_conformance::protocol::{Answer, Arguments, Own, Program, Status, split};
+use dapple_conformance::protocol::{Answer, Arguments, Program, Status, split};
+use dapple_conformance::reference::Reference;
 use dapple_conformance::serve;
 
 fn main() -> ExitCode {
@@ -28,12 +29,12 @@ struct Broken {
 }
 
 impl Program for Broken {
-    fn ask(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
+    fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         let mut arguments = arguments.clone();
         if self.fault == "limits" {
             arguments.limits.clear();
         }
-        let mut answer = Own::default().ask(&arguments, input)?;
+        let mut answer = Reference::default().request(&arguments, input)?;
         let (dump, error) = split(&answer);
         let dump = dump.to_vec();
         let id = error.as_ref().map_or(0, |error| error.id);

@@ -3,10 +3,10 @@
 
 use std::process::ExitCode;
 
-use dapple_conformance::protocol::Own;
+use dapple_conformance::reference::Reference;
 use dapple_conformance::serve;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    serve::main(&mut Own::default(), &words)
+    serve::main(&mut Reference::default(), &words)
 }

@@ -7,9 +7,9 @@ use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::packing::{FIRST_PAYLOAD, Frame, first_stored, raw};
 use crate::generate::plan::{AREA, Plan, at, cell, two_tracks};
-use crate::stream_builder::{
-    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, tracks, words,
-};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Part, points};
+use crate::stream_builder::{HEADER, Pack, StreamBuilder, commit, group, kind, words};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {

@@ -2,25 +2,22 @@
 //! expects by hand; what our decoder makes of it is only checked against that.
 
 mod container;
+pub mod draw;
 pub mod expected;
 pub mod frames;
-pub mod lighting;
 mod limits;
 mod packing;
-mod plan;
-mod points;
-mod probes;
-pub mod queries;
+pub(crate) mod plan;
 mod records;
-pub mod sampling;
 mod sessions;
 mod tracks;
-pub mod values;
 
 use std::collections::BTreeMap;
 
-use crate::protocol::{Arguments, Mode, Own, Program as _, split};
-use crate::vector::{Class, Info, Kind, Query, Vector, sha256};
+use crate::models::{self, Query};
+use crate::protocol::{Arguments, Mode, Program as _, split};
+use crate::reference::Reference;
+use crate::vector::{Class, Info, Kind, Vector, sha256};
 
 /// All vectors, in the order of their paths.
 ///
@@ -30,11 +27,9 @@ pub fn all() -> Result<Vec<Vector>, String> {
     let mut drafts = Vec::new();
     container::add(&mut drafts);
     records::add(&mut drafts);
-    points::add(&mut drafts);
-    probes::add(&mut drafts);
     limits::add(&mut drafts);
     sessions::add(&mut drafts);
-    queries::add(&mut drafts)?;
+    models::generate(&mut drafts)?;
     let (mut vectors, mut wrong) = (Vec::new(), Vec::new());
     for draft in drafts {
         match draft.finish() {
@@ -178,7 +173,7 @@ impl Draft {
             live: self.live,
             ..Arguments::default()
         };
-        let answer = Own::default().ask(&arguments, &self.bytes);
+        let answer = Reference::default().request(&arguments, &self.bytes);
         let answer = answer.map_err(|e| format!("{place}: {e}"))?;
         let (output, fault) = split(&answer);
         let found = fault.as_ref().map(|fault| (fault.id, fault.offset));

@@ -5,9 +5,9 @@ mod zstd;
 
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, cell};
-use crate::stream_builder::{
-    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, tracks, words,
-};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Grid, Part, points};
+use crate::stream_builder::{HEADER, Pack, StreamBuilder, commit, group, kind, words};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -169,10 +169,13 @@ fn whole_streams(drafts: &mut Vec<Draft>) {
         );
     }
     // Content across blocks of the largest size, by hand: a keyframe of many free cells.
-    let many = Entry {
-        capacity: 8_000,
-        ..Entry::new(1)
-    };
+    let many = Entry::of_grid(
+        1,
+        Grid {
+            capacity: 8_000,
+            ..Grid::default()
+        },
+    );
     let cells: Vec<_> = (0..8_000)
         .map(|index| (index, u32::MAX, Vec::new()))
         .collect();

@@ -2,9 +2,10 @@
 //! that a decoder which misses the fault comes to a good end.
 
 use super::{Draft, expected};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Part, points};
 use crate::stream_builder::{
-    Entry, HEADER, Header, IDENTITY, Pack, Part, StreamBuilder, commit, group, kind, points,
-    removal, tracks, transforms, words,
+    HEADER, Header, IDENTITY, Pack, StreamBuilder, commit, group, kind, removal, transforms, words,
 };
 
 /// The area of all vectors that are built from here.
@@ -199,9 +200,9 @@ pub fn two_tracks() -> [Entry; 2] {
 
 /// A track's part with one cell of one point, and the bucket that names it.
 pub fn cell(entry: &Entry, index: u32, key: u32, ao: u32) -> Part {
-    let point = entry.point([1, 2, 3], [1, 3], ao);
+    let point = entry.grid().point([1, 2, 3], [1, 3], ao);
     Part::of(entry)
-        .bucket(entry.bucket(key), &[index])
+        .bucket(entry.grid().bucket(key), &[index])
         .cell(index, key, &[point])
 }
 
@@ -221,7 +222,7 @@ pub fn digest(tracks: &[TrackContent<'_>]) -> u64 {
         let mut content = expected::TrackContent::new(&Entry::new(id));
         content.transform = transform;
         if let Some(part) = part {
-            content.write(true, part);
+            content.cells_mut().write(true, part);
         }
         content
     });

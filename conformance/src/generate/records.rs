@@ -8,9 +8,9 @@ use std::slice;
 
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
-use crate::stream_builder::{
-    Entry, commit, group, kind, points, removal, set_word, tracks, transforms, words,
-};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::points;
+use crate::stream_builder::{commit, group, kind, removal, set_word, transforms, words};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {

@@ -9,7 +9,9 @@ mod probes;
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{AREA, Plan, cell, digest, two_tracks};
-use crate::stream_builder::{HEADER, StreamBuilder, commit, group, kind, points, tracks};
+use crate::models::entry::tracks;
+use crate::models::points::writer::points;
+use crate::stream_builder::{HEADER, StreamBuilder, commit, group, kind};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -339,7 +341,8 @@ fn pieces(all: &mut Vec<Case>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::protocol::{Arguments, Mode, Own, Program as _};
+    use crate::protocol::{Arguments, Mode, Program as _};
+    use crate::reference::Reference;
 
     /// A transcript without what frames hold, without digests, on one line.
     fn outline(transcript: &str) -> String {
@@ -364,7 +367,9 @@ mod tests {
         };
         let mut wrong = Vec::new();
         for case in cases() {
-            let answer = Own::default().ask(&arguments, &case.script).unwrap();
+            let answer = Reference::default()
+                .request(&arguments, &case.script)
+                .unwrap();
             let found = outline(&String::from_utf8(answer.output).unwrap());
             if found != case.outline {
                 wrong.push(format!(

@@ -7,7 +7,9 @@ mod paths;
 
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, payload, two_tracks};
-use crate::stream_builder::{Entry, commit, group, kind, points, set_word, tracks, words};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::points;
+use crate::stream_builder::{commit, group, kind, set_word, words};
 
 /// Adds the vectors of this part.
 pub fn add(drafts: &mut Vec<Draft>) {
@@ -307,21 +309,21 @@ fn fields(drafts: &mut Vec<Draft>) {
             &["C-041"],
             0,
             "The reserved field after the dims is not 0.",
-            |e| e.dims_reserved = 1,
+            |e| e.grid_mut().dims_reserved = 1,
         ),
         entry(
             (2002, "track-dims-reserved-high"),
             &["C-041"],
             second,
             "The high byte of the reserved field after the dims is not 0.",
-            |e| e.dims_reserved = 0x8000,
+            |e| e.grid_mut().dims_reserved = 0x8000,
         ),
         entry(
             (2002, "track-widths-reserved"),
             &["C-041"],
             0,
             "The reserved byte after the widths is not 0.",
-            |e| e.widths_reserved = 1,
+            |e| e.grid_mut().widths_reserved = 1,
         ),
     ]);
     for (name, path, padding) in [
@@ -381,26 +383,26 @@ fn numbers(drafts: &mut Vec<Draft>) {
     bad(
         "track-grid-nan",
         "The first number of grid_from_mesh is not a number.",
-        |e| e.grid_from_mesh[0] = f32::NAN,
+        |e| e.grid_mut().grid_from_mesh[0] = f32::NAN,
     );
     bad(
         "track-grid-infinite",
         "The last number of grid_from_mesh is infinite.",
-        |e| e.grid_from_mesh[11] = f32::INFINITY,
+        |e| e.grid_mut().grid_from_mesh[11] = f32::INFINITY,
     );
     bad("track-edge-infinite", "The cell edge is infinite.", |e| {
-        e.cell_edge = f32::INFINITY
+        e.grid_mut().cell_edge = f32::INFINITY
     });
     bad("track-edge-nan", "The cell edge is not a number.", |e| {
-        e.cell_edge = f32::NAN
+        e.grid_mut().cell_edge = f32::NAN
     });
     bad("track-radius-nan", "The radius is a signalling NaN.", |e| {
-        e.radius = f32::from_bits(0x7f80_0001)
+        e.grid_mut().radius = f32::from_bits(0x7f80_0001)
     });
     bad(
         "track-radius-infinite",
         "The radius is minus infinity.",
-        |e| e.radius = f32::NEG_INFINITY,
+        |e| e.grid_mut().radius = f32::NEG_INFINITY,
     );
 }
 
@@ -412,38 +414,38 @@ fn model(drafts: &mut Vec<Draft>) {
             &["P-001"],
             0,
             "A dimension is 0.",
-            |e| e.dims[1] = 0,
+            |e| e.grid_mut().dims[1] = 0,
         ),
         entry(
             (2014, "track-dims-beyond"),
             &["P-001"],
             0,
             "The dims have 2^32 cubes, which wraps to 0 in 32 bits.",
-            |e| e.dims = [32_768, 32_768, 4],
+            |e| e.grid_mut().dims = [32_768, 32_768, 4],
         ),
         entry(
             (2015, "track-radius-zero"),
             &["P-002"],
             0,
             "The radius is 0.",
-            |e| e.radius = 0.0,
+            |e| e.grid_mut().radius = 0.0,
         ),
         entry(
             (2016, "track-widths-sum"),
             &["P-003"],
             0,
             "The widths of a point make 31 bits.",
-            |e| e.widths = [5, 4, 7],
+            |e| e.grid_mut().widths = [5, 4, 7],
         ),
         entry(
             (2017, "track-no-bucket"),
             &["P-004"],
             0,
             "No bucket.",
-            |e| e.buckets = 0,
+            |e| e.grid_mut().buckets = 0,
         ),
         entry((2017, "track-no-cell"), &["P-004"], 0, "No cell.", |e| {
-            e.capacity = 0
+            e.grid_mut().capacity = 0
         }),
     ]);
 }
@@ -452,7 +454,7 @@ fn model(drafts: &mut Vec<Draft>) {
 fn shown(entries: &[Entry]) -> Plan {
     let parts: Vec<_> = entries
         .iter()
-        .filter(|entry| entry.capacity < 1000)
+        .filter(|entry| entry.grid().capacity < 1000)
         .map(|entry| cell(entry, 0, 1, 1))
         .collect();
     Plan::of([

@@ -3,7 +3,9 @@
 use super::{edge, payload_of};
 use crate::generate::Draft;
 use crate::generate::plan::{AREA, Plan, at, two_tracks};
-use crate::stream_builder::{Entry, commit, group, kind, removal, set_word, tracks, words};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::Grid;
+use crate::stream_builder::{commit, group, kind, removal, set_word, words};
 
 pub fn track_counts(drafts: &mut Vec<Draft>) {
     let usual = Plan::usual;
@@ -98,10 +100,13 @@ pub fn track_counts(drafts: &mut Vec<Draft>) {
         ])),
         at::DELTA,
     );
-    let huge = Entry {
-        buckets: u32::MAX,
-        ..Entry::new(3)
-    };
+    let huge = Entry::of_grid(
+        3,
+        Grid {
+            buckets: u32::MAX,
+            ..Grid::default()
+        },
+    );
     ordered(
         (2013, "tracks-before-state"),
         &["C-076", "C-112"],
@@ -115,10 +120,15 @@ pub fn state_bytes(drafts: &mut Vec<Draft>) {
     let usual = Plan::usual;
     // 5 buckets and 6 cells.
     let track = 5 * 32 + 6 * 36;
-    let entry = |id, buckets, capacity| Entry {
-        buckets,
-        capacity,
-        ..Entry::new(id)
+    let entry = |id, buckets, capacity| {
+        Entry::of_grid(
+            id,
+            Grid {
+                buckets,
+                capacity,
+                ..Grid::default()
+            },
+        )
     };
     let with = |at, entries: &[Entry]| usual().insert(at, kind::TRACK, tracks(entries));
     edge(
@@ -272,10 +282,15 @@ pub fn state_claims(drafts: &mut Vec<Draft>) {
                 .limit("state_bytes", limit),
         );
     };
-    let entry = |id, buckets, capacity| Entry {
-        buckets,
-        capacity,
-        ..Entry::new(id)
+    let entry = |id, buckets, capacity| {
+        Entry::of_grid(
+            id,
+            Grid {
+                buckets,
+                capacity,
+                ..Grid::default()
+            },
+        )
     };
     let default = 512 << 20;
     claim(

@@ -2,7 +2,8 @@
 
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
-use crate::stream_builder::{Entry, commit, group, kind, tracks, words};
+use crate::models::entry::{Entry, tracks};
+use crate::stream_builder::{commit, group, kind, words};
 
 pub fn commit_faults(drafts: &mut Vec<Draft>) {
     let second = at::SECOND_COMMIT;

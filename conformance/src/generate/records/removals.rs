@@ -2,9 +2,9 @@
 
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, digest, moved, payload, refused, two_tracks, valid};
-use crate::stream_builder::{
-    Entry, IDENTITY, commit, group, kind, points, removal, set_word, tracks, transforms, words,
-};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Grid, points};
+use crate::stream_builder::{IDENTITY, commit, group, kind, removal, set_word, transforms, words};
 
 pub fn removals(drafts: &mut Vec<Draft>) {
     let one = Plan::usual().up_to(at::DELTA);
@@ -104,10 +104,15 @@ pub fn removals(drafts: &mut Vec<Draft>) {
 /// Tracks of many sizes come and go, each with content in its last cell: what a decoder keeps in the
 /// room of a removed track must not show.
 pub fn come_and_go(drafts: &mut Vec<Draft>) {
-    let track = |id, buckets, capacity| Entry {
-        buckets,
-        capacity,
-        ..Entry::new(id)
+    let track = |id, buckets, capacity| {
+        Entry::of_grid(
+            id,
+            Grid {
+                buckets,
+                capacity,
+                ..Grid::default()
+            },
+        )
     };
     // What ends, and then what comes, frame by frame.
     let frames = [
@@ -129,7 +134,7 @@ pub fn come_and_go(drafts: &mut Vec<Draft>) {
     for ((ended, new), frame) in frames.into_iter().zip(0..) {
         let parts: Vec<_> = new
             .iter()
-            .map(|entry| cell(entry, entry.capacity - 1, entry.id, 10 * entry.id))
+            .map(|entry| cell(entry, entry.grid().capacity - 1, entry.id, 10 * entry.id))
             .collect();
         plan = plan
             .then(kind::TRACK_REMOVE, removal(ended))

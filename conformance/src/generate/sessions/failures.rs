@@ -5,9 +5,10 @@ use super::{
 };
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{Plan, cell, digest, moved, two_tracks};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Grid, Part, points};
 use crate::stream_builder::{
-    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, removal, tracks,
-    transforms, words,
+    HEADER, Pack, StreamBuilder, commit, group, kind, removal, transforms, words,
 };
 
 /// Name, sentence, layer and number of the error, and the records of the frame.
@@ -200,7 +201,7 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
         case("declare-changed-in-lost-stretch", &["C-118", "C-075"],
             "A live track is declared with other content in a search: the record counts, and has no other effect.",
             {
-                let changed = Entry { radius: 0.125, ..Entry::new(1) };
+                let changed = Entry::of_grid(1, Grid { radius: 0.125, ..Grid::default() });
                 let builder = stream((kind::TRACK, tracks(&[changed])), &kept);
                 pushed(&damaged(&builder, 6)).resume().finish()
             },

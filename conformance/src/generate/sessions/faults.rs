@@ -3,9 +3,9 @@
 
 use super::{Case, FIRST, LAST, THIRD, at, case, damaged, long, pushed};
 use crate::generate::plan::{Plan, cell, two_tracks};
-use crate::stream_builder::{
-    Entry, HEADER, Pack, Part, StreamBuilder, commit, group, kind, points, removal, tracks, words,
-};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::{Part, points};
+use crate::stream_builder::{HEADER, Pack, StreamBuilder, commit, group, kind, removal, words};
 
 /// Frame 1 of the usual stream, some records, and frame 3 from keyframes.
 fn between(records: &[(u16, Vec<u8>)], parts: &[Part]) -> StreamBuilder {

@@ -4,7 +4,9 @@ use super::{
     Case, FIRST, FOURTH, LAST, SECOND, THIRD, at, case, damaged, long, pushed, whole, without,
 };
 use crate::generate::plan::cell;
-use crate::stream_builder::{Entry, HEADER, Header, Pack, StreamBuilder, kind, points};
+use crate::models::entry::Entry;
+use crate::models::points::writer::points;
+use crate::stream_builder::{HEADER, Header, Pack, StreamBuilder, kind};
 
 pub(super) fn lost(all: &mut Vec<Case>) {
     let builder = whole();

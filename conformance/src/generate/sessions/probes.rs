@@ -1,11 +1,12 @@
 //! Sessions of volumes: what a decoder keeps of them through loss and failed frames.
 
 use super::{Case, LAST, Script, case, damaged, pushed, without};
-use crate::generate::expected::Content;
 use crate::generate::frames::Frames;
-use crate::generate::probes::{AREA, later, seen, some};
-use crate::stream_builder::probes::{Probe, Section, Volume, payload};
-use crate::stream_builder::{Entry, HEADER, StreamBuilder, commit, kind};
+use crate::models::entry::Entry;
+use crate::models::probes::expected::Content;
+use crate::models::probes::generate::{AREA, later, seen, some};
+use crate::models::probes::writer::{Probe, Section, Volume, payload};
+use crate::stream_builder::{HEADER, StreamBuilder, commit, kind};
 
 /// Places of the records of [`whole`].
 mod at {

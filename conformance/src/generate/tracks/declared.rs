@@ -3,7 +3,9 @@
 use super::shown;
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, cell, moved, two_tracks, valid};
-use crate::stream_builder::{Entry, commit, kind, points, removal, tracks, transforms};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::points;
+use crate::stream_builder::{commit, kind, removal, transforms};
 
 /// Tracks with fields at their edges.
 pub fn declared(drafts: &mut Vec<Draft>) {
@@ -94,21 +96,22 @@ pub fn declared(drafts: &mut Vec<Draft>) {
                 f32::from_bits(1),
                 f32::MIN_POSITIVE,
             ],
-            grid_from_mesh: [
-                -0.0,
-                f32::MAX,
-                f32::MIN,
-                f32::from_bits(1),
-                -f32::from_bits(0x007f_ffff),
-                1.0,
-                0.1,
-                -0.1,
-                f32::EPSILON,
-                1e30,
-                -1e-30,
-                3.5,
-            ],
-            ..new(1)
+            ..new(1).with_grid(|grid| {
+                grid.grid_from_mesh = [
+                    -0.0,
+                    f32::MAX,
+                    f32::MIN,
+                    f32::from_bits(1),
+                    -f32::from_bits(0x007f_ffff),
+                    1.0,
+                    0.1,
+                    -0.1,
+                    f32::EPSILON,
+                    1e30,
+                    -1e-30,
+                    3.5,
+                ];
+            })
         }],
     );
     good(
@@ -116,47 +119,41 @@ pub fn declared(drafts: &mut Vec<Draft>) {
         &["P-002"],
         "Twice the radius is the edge, and one step above it; a denormal radius.",
         &[
-            Entry {
-                cell_edge: 0.5,
-                radius: 0.25,
-                ..new(1)
-            },
-            Entry {
-                cell_edge: 0.6f32.next_down(),
-                radius: 0.3,
-                ..new(2)
-            },
-            Entry {
-                cell_edge: f32::from_bits(1),
-                radius: f32::from_bits(1),
-                ..new(3)
-            },
-            Entry {
-                cell_edge: f32::MAX,
-                radius: f32::MAX / 2.0,
-                ..new(4)
-            },
+            new(1).with_grid(|grid| {
+                grid.cell_edge = 0.5;
+                grid.radius = 0.25;
+            }),
+            new(2).with_grid(|grid| {
+                grid.cell_edge = 0.6f32.next_down();
+                grid.radius = 0.3;
+            }),
+            new(3).with_grid(|grid| {
+                grid.cell_edge = f32::from_bits(1);
+                grid.radius = f32::from_bits(1);
+            }),
+            new(4).with_grid(|grid| {
+                grid.cell_edge = f32::MAX;
+                grid.radius = f32::MAX / 2.0;
+            }),
         ],
     );
     good(
         "track-least",
         &["P-001", "P-004"],
         "A grid of two cubes with one bucket and one cell.",
-        &[Entry {
-            dims: [2, 1, 1],
-            buckets: 1,
-            capacity: 1,
-            ..new(1)
-        }],
+        &[new(1).with_grid(|grid| {
+            grid.dims = [2, 1, 1];
+            grid.buckets = 1;
+            grid.capacity = 1;
+        })],
     );
     good(
         "track-dims-most",
         &["P-001"],
         "The largest dims that sixteen bits give, in one layer.",
-        &[Entry {
-            dims: [65_535, 65_535, 1],
-            ..new(1)
-        }],
+        &[new(1).with_grid(|grid| {
+            grid.dims = [65_535, 65_535, 1];
+        })],
     );
     good(
         "track-capacity-large",
@@ -164,11 +161,10 @@ pub fn declared(drafts: &mut Vec<Draft>) {
         "20000 buckets and 30000 cells, most unused.",
         &[
             new(1),
-            Entry {
-                buckets: 20_000,
-                capacity: 30_000,
-                ..new(2)
-            },
+            new(2).with_grid(|grid| {
+                grid.buckets = 20_000;
+                grid.capacity = 30_000;
+            }),
         ],
     );
 }

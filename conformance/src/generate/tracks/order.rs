@@ -3,7 +3,9 @@
 use super::entry;
 use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, payload, refused, two_tracks};
-use crate::stream_builder::{Entry, kind, tracks};
+use crate::models::entry::{Entry, tracks};
+use crate::models::points::writer::Grid;
+use crate::stream_builder::kind;
 
 type Change = fn(&mut Entry);
 
@@ -40,25 +42,25 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2009,
         "grid-before-dims-reserved",
         "A matrix of no numbers, and a reserved bit after it.",
-        |e| (e.grid_from_mesh[11], e.dims_reserved) = (f32::NAN, 1),
+        |e| (e.grid_mut().grid_from_mesh[11], e.grid_mut().dims_reserved) = (f32::NAN, 1),
     );
     two(
         2002,
         "dims-reserved-before-edge",
         "A reserved bit, and an edge that is no number after it.",
-        |e| (e.dims_reserved, e.cell_edge) = (1, f32::NAN),
+        |e| (e.grid_mut().dims_reserved, e.grid_mut().cell_edge) = (1, f32::NAN),
     );
     two(
         2009,
         "radius-before-widths-reserved",
         "A radius of no number, and a reserved bit after it.",
-        |e| (e.radius, e.widths_reserved) = (f32::NAN, 1),
+        |e| (e.grid_mut().radius, e.grid_mut().widths_reserved) = (f32::NAN, 1),
     );
     two(
         2002,
         "widths-reserved-before-path",
         "A reserved bit, and a path of no text.",
-        |e| (e.widths_reserved, e.path[0]) = (1, 0xff),
+        |e| (e.grid_mut().widths_reserved, e.path[0]) = (1, 0xff),
     );
     two(
         2012,
@@ -100,25 +102,25 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2010,
         "bounds-before-dims",
         "Bounds the wrong way round, and a dimension of 0.",
-        |e| (e.aabb[0], e.dims[0]) = (9.0, 0),
+        |e| (e.aabb[0], e.grid_mut().dims[0]) = (9.0, 0),
     );
     two(
         2014,
         "dims-before-radius",
         "A dimension of 0, and a radius of 0.",
-        |e| (e.dims[0], e.radius) = (0, 0.0),
+        |e| (e.grid_mut().dims[0], e.grid_mut().radius) = (0, 0.0),
     );
     two(
         2015,
         "radius-before-widths",
         "A radius of 0, and widths of 31 bits.",
-        |e| (e.radius, e.widths[2]) = (0.0, 7),
+        |e| (e.grid_mut().radius, e.grid_mut().widths[2]) = (0.0, 7),
     );
     two(
         2016,
         "widths-before-buckets",
         "Widths of 31 bits, and no bucket.",
-        |e| (e.widths[2], e.buckets) = (7, 0),
+        |e| (e.grid_mut().widths[2], e.grid_mut().buckets) = (7, 0),
     );
     let [first, second] = two_tracks();
     let mut pair = |id, name: &str, comment, change: &dyn Fn(&mut Entry, &mut Entry)| {
@@ -132,7 +134,7 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2017,
         "capacity-before-order",
         "No cell, and an id that does not ascend.",
-        &|_, b| (b.capacity, b.id) = (0, 1),
+        &|_, b| (b.grid_mut().capacity, b.id) = (0, 1),
     );
     pair(
         2004,
@@ -150,13 +152,12 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2017,
         "first-entry-before-size",
         "No bucket, then an entry of size 0.",
-        &|a, b| (a.buckets, b.size) = (0, Some(0)),
+        &|a, b| (a.grid_mut().buckets, b.size) = (0, Some(0)),
     );
     // Order among entries, then what was there before.
-    let again = Entry {
-        radius: 0.125,
-        ..first.clone()
-    };
+    let again = first.clone().with_grid(|grid| {
+        grid.radius = 0.125;
+    });
     drafts.push(refused(
         (2006, "changed-before-second-order"),
         &["C-075", "C-043", "C-112"],
@@ -215,15 +216,15 @@ pub fn ids(drafts: &mut Vec<Draft>) {
         ("application", |e| e.application ^= 1),
         ("aabb-minimum", |e| e.aabb[2] -= 0.5),
         ("aabb-maximum", |e| e.aabb[3] += 0.5),
-        ("grid-first", |e| e.grid_from_mesh[0] = 2.0),
-        ("grid-last", |e| e.grid_from_mesh[11] = 2.0),
-        ("dims-x", |e| e.dims[0] = 5),
-        ("dims-z", |e| e.dims[2] = 3),
-        ("edge", |e| e.cell_edge = 0.75),
-        ("radius", |e| e.radius = 0.125),
-        ("widths", |e| e.widths = [4, 3, 5]),
-        ("buckets", |e| e.buckets += 1),
-        ("capacity", |e| e.capacity += 1),
+        ("grid-first", |e| e.grid_mut().grid_from_mesh[0] = 2.0),
+        ("grid-last", |e| e.grid_mut().grid_from_mesh[11] = 2.0),
+        ("dims-x", |e| e.grid_mut().dims[0] = 5),
+        ("dims-z", |e| e.grid_mut().dims[2] = 3),
+        ("edge", |e| e.grid_mut().cell_edge = 0.75),
+        ("radius", |e| e.grid_mut().radius = 0.125),
+        ("widths", |e| e.grid_mut().widths = [4, 3, 5]),
+        ("buckets", |e| e.grid_mut().buckets += 1),
+        ("capacity", |e| e.grid_mut().capacity += 1),
         ("path-text", |e| e.path[7] = b'y'),
         ("path-longer", |e| e.path.push(b'e')),
         ("path-empty", |e| e.path.clear()),
@@ -239,10 +240,13 @@ pub fn ids(drafts: &mut Vec<Draft>) {
             Plan::usual().insert(at::DELTA, kind::TRACK, tracks(&[again])),
         ));
     }
-    let other = Entry {
-        radius: 0.125,
-        ..Entry::new(9)
-    };
+    let other = Entry::of_grid(
+        9,
+        Grid {
+            radius: 0.125,
+            ..Grid::default()
+        },
+    );
     drafts.push(refused(
         (2006, "track-again-before-commit"),
         &["C-075", "C-079"],

@@ -3,7 +3,7 @@
 use super::{entry, shown};
 use crate::generate::Draft;
 use crate::generate::plan::valid;
-use crate::stream_builder::Entry;
+use crate::models::entry::Entry;
 
 /// Paths that are no text, with everything around them in order.
 pub fn paths(drafts: &mut Vec<Draft>) {
