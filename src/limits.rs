@@ -108,6 +108,7 @@ mod tests {
                 widths: PointWidths::BITS_32,
                 bucket_count: 10,
                 cell_capacity: 20,
+                coding: crate::codec::points::Coding::Cells,
             }),
         }
     }

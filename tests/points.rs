@@ -307,7 +307,7 @@ mod the_client {
             );
             let moved = transform.world_from_grid.map(|row| row[3]);
             assert_eq!(Vec3::from(moved), Vec3::from(world.translation));
-            digest.track(
+            digest.points(
                 live.track.id,
                 Some(&transform),
                 store.buckets(),

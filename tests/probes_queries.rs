@@ -2,7 +2,7 @@
 //! and, where there is an adapter, `probes/sample.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
-use dapple::codec::{Decoder, LiveTrack};
+use dapple::codec::{Decoder, TrackState};
 use dapple::probes::client::ProbesVolume;
 use dapple::probes::sample::{Field, IncomingLight};
 use dapple::probes::{ggx, sample, visibility};
@@ -33,7 +33,7 @@ fn vectors() -> Vec<Vector> {
 /// What a stream leaves: ids and volumes.
 fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
     let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
-    let volume = |live: &LiveTrack| {
+    let volume = |live: &TrackState| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
         (live.track.id, volume)
     };
@@ -72,7 +72,7 @@ fn incoming_light(field: &Field, surface: &Surface) -> IncomingLight {
 }
 
 /// The same of a track, for the protocol.
-fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2] {
+fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 2] {
     let volume = ProbesVolume::new(decoder, live).expect("a track of probes");
     let light = incoming_light(&volume.field(), surface);
     [light.irradiance.to_array(), light.filtered.to_array()]

@@ -36,7 +36,7 @@ struct Decoded {
 
 fn decoded(vector: &Vector) -> Decoded {
     let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
-    let track = |live: &dapple::codec::LiveTrack| {
+    let track = |live: &dapple::codec::TrackState| {
         let place = decoder.points().place_of(live).expect("a track of points");
         PointsTrack {
             grid: place.grid,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use dapple::codec::container::{HEADER_BYTES, PREAMBLE_BYTES, RecordHeader};
-use dapple::codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+use dapple::codec::points::{Bucket, Cell, Coding, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
 };
@@ -48,6 +48,7 @@ fn grid(widths: PointWidths) -> Grid {
         widths,
         bucket_count: 7,
         cell_capacity: 8,
+        coding: Coding::Cells,
     }
 }
 

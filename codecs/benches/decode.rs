@@ -8,7 +8,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+use dapple_codec::points::{Bucket, Cell, Coding, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple_codec::*;
 
 const FRAMES: u64 = 4;
@@ -39,6 +39,7 @@ fn table(case: &Case) -> (Track, Vec<Bucket>, Vec<Cell>) {
         // PSAO 3.2: four times the average number of cells, by eight entries.
         bucket_count: (case.cells / 2) | 1,
         cell_capacity: case.cells,
+        coding: Coding::Cells,
     };
     let mut buckets = vec![Bucket::EMPTY; grid.bucket_count as usize];
     let mut cells = Vec::new();

@@ -25,27 +25,27 @@ const DIMS: [u16; 3] = [142; 3];
 
 /// A stream over one volume and the bytes of its first frame; `frame` appends the records of one.
 fn stream(
-    mut frame: impl FnMut(&mut Encoder, &mut volumes::Room, u64, &mut Vec<u8>) -> Result<()>,
+    mut frame: impl FnMut(&mut Encoder, &mut volumes::VolumeFixture, u64, &mut Vec<u8>) -> Result<()>,
 ) -> (Vec<u8>, usize) {
     let volume = volumes::volume(DIMS, 0, Coding::Packed(volumes::STEPS));
-    let mut room = volumes::Room::new(1, volume);
+    let mut fixture = volumes::VolumeFixture::new(1, volume);
     let mut out = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).expect("a stream");
     encoder
         .group(&mut out, GroupStart::Keyframes)
         .expect("a group");
     encoder
-        .tracks(&mut out, std::slice::from_ref(&room.track))
+        .tracks(&mut out, std::slice::from_ref(&fixture.track))
         .expect("a track");
     let (mut number, mut first) = (0, 0);
     loop {
         let before = out.len();
-        let written = frame(&mut encoder, &mut room, number, &mut out);
+        let written = frame(&mut encoder, &mut fixture, number, &mut out);
         if written.is_err() || number > FRAMES {
             out.truncate(before);
             return (out, first);
         }
-        room.base.clone_from(&room.probes);
+        fixture.base.clone_from(&fixture.probes);
         if number == 0 {
             first = out.len();
         }
@@ -54,8 +54,8 @@ fn stream(
 }
 
 /// Lets one probe come and go.
-fn toggle(room: &mut volumes::Room, number: u64) {
-    room.probes[1_400_000] = match number % 2 {
+fn toggle(fixture: &mut volumes::VolumeFixture, number: u64) {
+    fixture.probes[1_400_000] = match number % 2 {
         0 => Probe {
             level: 1,
             codes: std::array::from_fn(|code| if code == 0 { 200 } else { 0 }),
@@ -66,12 +66,12 @@ fn toggle(room: &mut volumes::Room, number: u64) {
 
 fn send(
     encoder: &mut Encoder,
-    room: &volumes::Room,
+    fixture: &volumes::VolumeFixture,
     coverage: Coverage,
     number: u64,
     out: &mut Vec<u8>,
 ) -> Result<()> {
-    encoder.probes(out, coverage, &[room.update()], Compression::None)?;
+    encoder.probes(out, coverage, &[fixture.update()], Compression::None)?;
     encoder.commit(out, number, None)?;
     Ok(())
 }
@@ -84,29 +84,29 @@ fn main() {
     let streams = [
         (
             "a probe comes and goes",
-            stream(|encoder, room, number, out| {
-                toggle(room, number);
-                send(encoder, room, first(number), number, out)
+            stream(|encoder, fixture, number, out| {
+                toggle(fixture, number);
+                send(encoder, fixture, first(number), number, out)
             }),
         ),
         (
             "the same, with a digest for each frame",
-            stream(|encoder, room, number, out| {
-                toggle(room, number);
-                send(encoder, room, first(number), number, out)?;
+            stream(|encoder, fixture, number, out| {
+                toggle(fixture, number);
+                send(encoder, fixture, first(number), number, out)?;
                 let digest = encoder.state_digest();
                 encoder.group(out, GroupStart::State(digest))
             }),
         ),
         (
             "a keyframe in each frame",
-            stream(|encoder, room, number, out| {
+            stream(|encoder, fixture, number, out| {
                 if number > 0 {
                     encoder.group(out, GroupStart::Keyframes)?;
-                    encoder.tracks(out, std::slice::from_ref(&room.track))?;
+                    encoder.tracks(out, std::slice::from_ref(&fixture.track))?;
                 }
-                toggle(room, number);
-                send(encoder, room, Coverage::Keyframe, number, out)
+                toggle(fixture, number);
+                send(encoder, fixture, Coverage::Keyframe, number, out)
             }),
         ),
     ];

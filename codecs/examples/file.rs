@@ -1,13 +1,15 @@
-//! Decodes a stream from a file.
+//! Decodes a stream from a file: `cargo run -p dapple-codec --example file -- scene.dapple`. Without a path
+//! it decodes a stream of its own.
 
 use std::error::Error;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use dapple_codec::{Decoder, Event, Limits};
+use dapple_codec::{Decoder, Event, Limits, ModelKind};
 
-/// Decodes a file and returns its frames.
+/// Decodes a file, prints its frames and returns how many there are. [`dapple_codec::decode_all`] is shorter
+/// for a file that is in memory as a whole.
 fn decode(path: &Path) -> Result<u32, Box<dyn Error>> {
     let mut file = File::open(path)?;
     let mut decoder = Decoder::new(Limits::default());
@@ -18,21 +20,27 @@ fn decode(path: &Path) -> Result<u32, Box<dyn Error>> {
         if length == 0 {
             break;
         }
-        let mut rest = &buffer[..length];
-        while !rest.is_empty() {
-            let (used, event) = decoder.push(rest)?;
-            rest = &rest[used..];
+        decoder.push_all(&buffer[..length], |decoder, event| {
             if let Event::Frame(frame) = event {
-                // Here decoder.points() holds the light of this frame.
-                frames = frame.number + 1;
+                // Here the decoder has the light of this frame.
+                print!("frame {}, {} tracks", frame.number, decoder.tracks().len());
+                for model in ModelKind::ALL {
+                    print!(", {} {}", frame.count(model), model.name());
+                }
+                println!();
+                frames += 1;
             }
-        }
+        })?;
     }
     decoder.finish()?; // Tells a file that was cut off from a whole one.
     Ok(frames)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    if let Some(path) = std::env::args_os().nth(1) {
+        decode(path.as_ref())?;
+        return Ok(());
+    }
     let name = format!("dapple-example-{}.dapple", std::process::id());
     let path = std::env::temp_dir().join(name);
 
@@ -43,8 +51,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::remove_file(&path)?;
 
     assert_eq!(frames?, sender::FRAMES);
-    let fault = cut_off.unwrap_err().downcast::<dapple_codec::Error>()?;
-    assert_eq!(fault.name(), "truncated");
+    let error = cut_off.unwrap_err().downcast::<dapple_codec::Error>()?;
+    assert_eq!(error.name(), "truncated");
     Ok(())
 }
 

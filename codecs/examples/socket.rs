@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread;
 
-use dapple_codec::{Decoder, Event, Limits};
+use dapple_codec::{Decoder, Event, Limits, ModelKind, decode_all};
 
 /// Decodes until the sender hangs up. The result does not depend on where the pieces were cut.
 fn receive(mut socket: TcpStream) -> Result<Decoder, Box<dyn Error>> {
@@ -16,16 +16,14 @@ fn receive(mut socket: TcpStream) -> Result<Decoder, Box<dyn Error>> {
         if length == 0 {
             break;
         }
-        let mut rest = &piece[..length];
-        while !rest.is_empty() {
-            let (used, event) = decoder.push(rest)?;
-            rest = &rest[used..];
-            match event {
-                Event::Stream(rate) => println!("{} ticks a second", rate.hz()),
-                Event::Frame(frame) => println!("frame {}: {} cells", frame.number, frame.cells),
-                _ => {}
+        decoder.push_all(&piece[..length], |_, event| match event {
+            Event::Stream(rate) => println!("{} ticks a second", rate.hz()),
+            Event::Frame(frame) => {
+                let cells = frame.count(ModelKind::Points);
+                println!("frame {}: {cells} cells", frame.number);
             }
-        }
+            _ => {}
+        })?;
     }
     decoder.finish_live()?; // A live stream may stop after any commit.
     Ok(decoder)
@@ -45,11 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     server.join().expect("the server does not panic")?;
 
     // As if all had come at once.
-    let mut whole = Decoder::new(Limits::default());
-    let mut used = 0;
-    while used < bytes.len() {
-        used += whole.push(&bytes[used..])?.0;
-    }
+    let whole = decode_all(&bytes, Limits::default(), |_, _| {})?;
     assert_eq!(decoder.last_frame(), Some((sender::FRAMES - 1, 7)));
     assert_eq!(decoder.state_digest(), whole.state_digest());
     Ok(())

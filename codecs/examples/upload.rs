@@ -1,70 +1,63 @@
-//! Uploads what changed to a graphics device. A `Vec<u8>` stands for the device's buffer; with wgpu
+//! Uploads what changed to a graphics device. A `Vec<u8>` stands for a buffer of the device; with wgpu
 //! `write` is `queue.write_buffer(&buffer, offset, bytes)`.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 
-use dapple_codec::points::DirtyRange;
-use dapple_codec::{Decoder, Event, Limits};
+use dapple_codec::{Buffer, Decoder, Event, Limits, decode_all};
 
-/// A buffer on the device, and how many bytes went there.
+/// The device's buffers: one for each array of the decoder.
 #[derive(Default)]
-struct Buffer {
-    memory: Vec<u8>,
+struct Device {
+    buffers: BTreeMap<(Buffer, Option<u32>), Vec<u8>>,
+    /// Bytes that were uploaded.
     uploaded: usize,
 }
 
-impl Buffer {
-    fn write(&mut self, offset: usize, bytes: &[u8]) {
-        self.memory[offset..offset + bytes.len()].copy_from_slice(bytes);
-        self.uploaded += bytes.len();
+impl Device {
+    /// Uploads what the last frame changed, of whatever model.
+    fn update(&mut self, decoder: &mut Decoder) {
+        // Arrays of tracks that are gone.
+        let tracks = decoder.tracks();
+        let declared = |id| tracks.iter().any(|track| track.track.id == id);
+        self.buffers
+            .retain(|(_, track), _| track.is_none_or(declared));
+        for dirty in decoder.dirty() {
+            let array = decoder.array(dirty.buffer, dirty.track);
+            let buffer = self.buffers.entry((dirty.buffer, dirty.track)).or_default();
+            if buffer.len() != array.len() {
+                // Tracks were declared, or a visibility block came: a buffer of another size. What was in
+                // the old one has to be copied on the device.
+                buffer.resize(array.len(), 0);
+            }
+            let range = dirty.bytes();
+            self.write(dirty.buffer, dirty.track, range.start, &array[range]);
+        }
+        decoder.clear_dirty();
     }
 
-    /// Uploads the dirty ranges of an array, whose items have the layout that shaders read.
-    fn update<T: bytemuck::NoUninit>(&mut self, array: &[T], dirty: &[DirtyRange]) {
-        let bytes: &[u8] = bytemuck::cast_slice(array);
-        if self.memory.len() < bytes.len() {
-            // Tracks were declared. A new buffer starts empty, so all of the array goes there.
-            self.memory = vec![0; bytes.len()];
-            self.write(0, bytes);
-            return;
-        }
-        for range in dirty {
-            let offset = range.start as usize * size_of::<T>();
-            let end = range.end as usize * size_of::<T>();
-            self.write(offset, &bytes[offset..end]);
-        }
+    fn write(&mut self, buffer: Buffer, track: Option<u32>, offset: usize, bytes: &[u8]) {
+        let memory = self.buffers.entry((buffer, track)).or_default();
+        memory[offset..offset + bytes.len()].copy_from_slice(bytes);
+        self.uploaded += bytes.len();
     }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let bytes = sender::stream()?;
-    let mut decoder = Decoder::new(Limits::default());
-    let (mut buckets, mut cells) = (Buffer::default(), Buffer::default());
-    let mut rest = &bytes[..];
-    while !rest.is_empty() {
-        let (used, event) = decoder.push(rest)?;
-        rest = &rest[used..];
-        if let Event::Frame(frame) = event {
-            let points = decoder.points();
-            buckets.update(points.buckets(), points.dirty_buckets());
-            cells.update(points.cells(), points.dirty_cells());
+    let mut device = Device::default();
+    decode_all(&sender::stream()?, Limits::default(), |decoder, event| {
+        let Event::Frame(frame) = event else { return };
+        device.update(decoder);
 
-            assert_eq!(
-                buckets.memory,
-                bytemuck::cast_slice::<_, u8>(points.buckets())
-            );
-            assert_eq!(cells.memory, bytemuck::cast_slice::<_, u8>(points.cells()));
-            // All of both arrays once, and then one cell of 32 bytes a frame.
-            let whole = 32 * (points.buckets().len() + points.cells().len());
-            assert_eq!(
-                buckets.uploaded + cells.uploaded,
-                whole + 32 * frame.number as usize
-            );
-
-            decoder.clear_dirty();
+        let mut whole = 0;
+        for (&(buffer, track), memory) in &device.buffers {
+            assert_eq!(memory, decoder.array(buffer, track), "{buffer:?} {track:?}");
+            whole += memory.len();
         }
-    }
-    decoder.finish()?;
+        // All of both arrays once, and then one cell of 32 bytes a frame.
+        assert_eq!(device.buffers.len(), 2);
+        assert_eq!(device.uploaded, whole + 32 * frame.number as usize);
+    })?;
     Ok(())
 }
 

@@ -1,60 +1,46 @@
 //! Decodes on a worker thread. Two patches go round between worker and renderer: one is filled
 //! while the other is drawn, so neither waits for the other and in steady state nothing is allocated.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-use dapple_codec::points::{Bucket, Cell, DirtyRange};
-use dapple_codec::{Decoder, Event, Limits};
+use dapple_codec::{Buffer, Decoder, Dirty, Event, Limits};
+
+/// The renderer's own arrays, by buffer and track.
+type Arrays = BTreeMap<(Buffer, Option<u32>), Vec<u8>>;
 
 /// What one frame changed.
 #[derive(Default)]
 struct Patch {
     frame: u32,
-    buckets: Part<Bucket>,
-    cells: Part<Cell>,
+    /// Each range, and the length of the array that it is in.
+    ranges: Vec<(Dirty, usize)>,
+    /// The bytes of all ranges, one after the other.
+    bytes: Vec<u8>,
 }
 
-/// Changed items of one array.
-struct Part<T> {
-    /// Length of the whole array.
-    length: usize,
-    ranges: Vec<DirtyRange>,
-    /// The items of all ranges, one after the other.
-    items: Vec<T>,
-}
-
-impl<T> Default for Part<T> {
-    fn default() -> Self {
-        Part {
-            length: 0,
-            ranges: Vec::new(),
-            items: Vec::new(),
-        }
-    }
-}
-
-impl<T: Copy> Part<T> {
-    fn copy_from(&mut self, array: &[T], dirty: &[DirtyRange]) {
-        self.length = array.len();
+impl Patch {
+    fn fill(&mut self, decoder: &Decoder) {
         self.ranges.clear();
-        self.items.clear();
-        self.ranges.extend_from_slice(dirty);
-        for range in dirty {
-            self.items
-                .extend_from_slice(&array[range.start as usize..range.end as usize]);
+        self.bytes.clear();
+        for dirty in decoder.dirty() {
+            let array = decoder.array(dirty.buffer, dirty.track);
+            self.ranges.push((dirty, array.len()));
+            self.bytes.extend_from_slice(&array[dirty.bytes()]);
         }
     }
 
-    /// Items that are new are always in a dirty range, so `any` does not stay.
-    fn apply(&self, array: &mut Vec<T>, any: T) {
-        array.resize(self.length, any);
-        let mut items = &self.items[..];
-        for range in &self.ranges {
-            let (now, later) = items.split_at((range.end - range.start) as usize);
-            array[range.start as usize..range.end as usize].copy_from_slice(now);
-            items = later;
+    fn apply(&self, arrays: &mut Arrays) {
+        let mut bytes = &self.bytes[..];
+        for &(dirty, length) in &self.ranges {
+            let array = arrays.entry((dirty.buffer, dirty.track)).or_default();
+            array.resize(length, 0);
+            let range = dirty.bytes();
+            let (now, later) = bytes.split_at(range.len());
+            array[range].copy_from_slice(now);
+            bytes = later;
         }
     }
 }
@@ -67,24 +53,14 @@ fn work(
 ) -> Result<Decoder, dapple_codec::Error> {
     let mut decoder = Decoder::new(Limits::default());
     for piece in bytes {
-        let mut rest = &piece[..];
-        while !rest.is_empty() {
-            let (used, event) = decoder.push(rest)?;
-            rest = &rest[used..];
-            if let Event::Frame(frame) = event {
-                let Ok(mut patch) = empty.recv() else {
-                    return Ok(decoder); // The renderer has gone.
-                };
-                let points = decoder.points();
-                patch.frame = frame.number;
-                patch
-                    .buckets
-                    .copy_from(points.buckets(), points.dirty_buckets());
-                patch.cells.copy_from(points.cells(), points.dirty_cells());
-                decoder.clear_dirty();
-                let _ = full.send(patch); // As above: the next turn sees it.
-            }
-        }
+        decoder.push_all(&piece, |decoder, event| {
+            let Event::Frame(frame) = event else { return };
+            let Ok(mut patch) = empty.recv() else { return }; // The renderer has gone.
+            patch.frame = frame.number;
+            patch.fill(decoder);
+            decoder.clear_dirty();
+            let _ = full.send(patch); // As above.
+        })?;
     }
     decoder.finish()?;
     Ok(decoder)
@@ -103,19 +79,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     drop(bytes_in);
 
-    // The renderer's own arrays, which it draws from between two patches.
-    let (mut buckets, mut cells) = (Vec::new(), Vec::new());
+    // The renderer draws from its arrays between two patches.
+    let mut arrays = Arrays::new();
     let mut drawn = 0;
     for patch in patches {
-        patch.buckets.apply(&mut buckets, Bucket::EMPTY);
-        patch.cells.apply(&mut cells, Cell::FREE);
+        patch.apply(&mut arrays);
         assert_eq!(patch.frame, drawn); // None is left out.
         drawn += 1;
         let _ = give_back.send(patch); // The worker may have ended.
     }
     let decoder = worker.join().expect("the worker does not panic")?;
     assert_eq!(drawn, sender::FRAMES);
-    assert!(buckets == decoder.points().buckets() && cells == decoder.points().cells());
+    for (&(buffer, track), array) in &arrays {
+        assert_eq!(array, decoder.array(buffer, track));
+    }
     Ok(())
 }
 

@@ -1,20 +1,82 @@
 //! Ranges of an array that changed, for partial uploads.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use crate::error::ErrorKind;
-use crate::reserve::reserve_exact;
+use crate::memory::reserve::reserve_exact;
 
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
 /// upload call.
 const MERGE_GAP: u32 = 64;
 
-/// Items `start..end` of an array that changed.
+/// An array of decoded state that is uploaded by ranges.
+///
+/// An array is one of all tracks, or each track has one of its own; which one is told here.
+/// [`crate::Decoder::array`] gives its bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Buffer {
+    /// [`crate::points::State::buckets`], one array of all tracks. An element is a bucket of 32 bytes.
+    PointsBuckets,
+    /// [`crate::points::State::cells`], one array of all tracks. An element is a cell of 32 bytes.
+    PointsCells,
+    /// [`crate::probes::State::texels_of`] a track. An element is a texel of 8 bytes; a probe has one in each
+    /// of seven planes.
+    ProbesTexels,
+    /// [`crate::probes::State::visibility_of`] a track. An element is a byte. The array is empty where the track
+    /// has no visibility block.
+    ProbesVisibility,
+    /// [`crate::TrackState::transform`] of a track. The array has one element of twelve f32, or none where the
+    /// track has no transform.
+    Transforms,
+}
+
+impl Buffer {
+    /// All buffers.
+    pub const ALL: [Buffer; 5] = [
+        Buffer::PointsBuckets,
+        Buffer::PointsCells,
+        Buffer::ProbesTexels,
+        Buffer::ProbesVisibility,
+        Buffer::Transforms,
+    ];
+
+    /// Bytes of an element.
+    pub fn element_bytes(self) -> usize {
+        match self {
+            Buffer::PointsBuckets | Buffer::PointsCells => 32,
+            Buffer::ProbesTexels => 8,
+            Buffer::ProbesVisibility => 1,
+            Buffer::Transforms => 48,
+        }
+    }
+}
+
+/// A range of an array that changed ([`crate::Decoder::dirty`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dirty {
+    /// Which array.
+    pub buffer: Buffer,
+    /// Id of the track whose array it is; none for an array of all tracks.
+    pub track: Option<u32>,
+    /// Elements that changed. Of an array that became empty the range is empty.
+    pub range: DirtyRange,
+}
+
+impl Dirty {
+    /// The range in bytes of the array.
+    pub fn bytes(&self) -> Range<usize> {
+        let size = self.buffer.element_bytes();
+        size * self.range.start as usize..size * self.range.end as usize
+    }
+}
+
+/// Elements `start..end` of an array that changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DirtyRange {
-    /// First item.
+    /// First element.
     pub start: u32,
-    /// One past the last item.
+    /// One past the last element.
     pub end: u32,
 }
 

@@ -10,15 +10,13 @@ use crate::container::{
     CONTAINER_VERSION, Compression, HEADER_BYTES, Packing, Preamble, RecordHeader, crc32c, profile,
     record_type,
 };
-use crate::content::Coverage;
 use crate::error::{ErrorDetail, ErrorKind, Result};
-use crate::model::{Model, ModelKind};
-use crate::points::{self, Update};
-use crate::probes;
-use crate::records::{Pending, Session};
-use crate::session::{Commit, End, GroupStart, TickRate};
-use crate::track::{Track, write_removed, write_tracks};
-use crate::transforms::{Transform, write_transforms};
+use crate::models::ModelKind;
+use crate::models::payload_header::Coverage;
+use crate::session::records::{Commit, End, GroupStart, TickRate};
+use crate::session::track::{Track, write_removed, write_tracks};
+use crate::session::transforms::{Transform, write_transforms};
+use crate::session::{self, Session};
 
 /// A call for content is split into records of about this many payload bytes, well below what the
 /// default limits accept.
@@ -67,13 +65,13 @@ pub struct Encoder {
     ended: bool,
 }
 
-/// A point in the stream that the encoder can go back to.
+/// A point in the stream that the encoder can roll back to.
 struct Checkpoint {
     out_bytes: usize,
     headers: twox_hash::XxHash64,
     records: u64,
     written: u64,
-    pending: Pending,
+    session: session::Checkpoint,
 }
 
 impl Encoder {
@@ -114,7 +112,7 @@ impl Encoder {
         Ok(encoder)
     }
 
-    /// Declares tracks; ids ascend, within the call and over the stream. A live track may be
+    /// Declares tracks; ids ascend, within the call and over the stream. A declared track may be
     /// declared again with the same content, so that a group can be joined.
     ///
     /// # Errors
@@ -181,76 +179,9 @@ impl Encoder {
         )
     }
 
-    /// Content of the frame, ids ascending; each track at most once a frame. A delta builds on the
-    /// last committed frame. No record is written for no updates.
-    ///
-    /// # Errors
-    /// 2004, 2019, 2027, 3003 to 3013, 4001 for a delta in the first frame of a keyframe group,
-    /// 4008 before the first group, 4009, 4010, 4012 for slices of different lengths.
-    pub fn points(
-        &mut self,
-        out: &mut Vec<u8>,
-        coverage: Coverage,
-        updates: &[Update<'_>],
-        compression: Compression,
-    ) -> Result<()> {
-        let bytes = |update: &Update<'_>| 36 * (update.buckets.len() + update.cells.len());
-        self.content(
-            out,
-            (ModelKind::Points, compression),
-            coverage,
-            updates,
-            bytes,
-            |session, base, now, payload| {
-                let grid_of = |id| match &session.live(id)?.track.model {
-                    Model::Points(grid) => Ok(grid),
-                    _ => Err(ErrorKind::TrackModel),
-                };
-                points::write_payload(base, now, grid_of, payload)
-            },
-        )
-    }
-
-    /// Content of the frame for volumes of probes, with the same rules as [`Encoder::points`].
-    ///
-    /// # Errors
-    /// 2004, 2019, 2027, 3103, 3104, 4001 for a delta in the first frame of a keyframe group or on
-    /// probes that are not those of the last commit, 4008 before the first group, 4009, 4010, 4012
-    /// for slices of a wrong length.
-    pub fn probes(
-        &mut self,
-        out: &mut Vec<u8>,
-        coverage: Coverage,
-        updates: &[probes::Update<'_>],
-        compression: Compression,
-    ) -> Result<()> {
-        let bytes = |update: &probes::Update<'_>| {
-            56 * update.probes.len() + update.visibility.map_or(0, <[u8]>::len)
-        };
-        self.content(
-            out,
-            (ModelKind::Probes, compression),
-            coverage,
-            updates,
-            bytes,
-            |session, base, now, payload| {
-                let volume_of = |id| {
-                    let live = session.live(id)?;
-                    match &live.track.model {
-                        Model::Probes(volume) => {
-                            Ok((volume, session.parts.probes.state.probes_of(live)))
-                        }
-                        _ => Err(ErrorKind::TrackModel),
-                    }
-                };
-                probes::write_payload(base, now, volume_of, payload)
-            },
-        )
-    }
-
     /// Model records with all updates, each with as many as fit. `bytes` is about what an update
     /// takes; `write` appends the payload of some, given the base.
-    fn content<U>(
+    pub(crate) fn content<U>(
         &mut self,
         out: &mut Vec<u8>,
         (kind, compression): (ModelKind, Compression),
@@ -272,7 +203,7 @@ impl Encoder {
             headers: self.headers.clone(),
             records: self.records,
             written: self.written,
-            pending: self.session.pending(),
+            session: self.session.checkpoint(),
         };
         let mut rest = updates;
         while !rest.is_empty() {
@@ -285,17 +216,17 @@ impl Encoder {
             rest = later;
             let result = self.record(
                 out,
-                (kind.record_type(), compression),
+                (kind.descriptor().record_type, compression),
                 |session, payload| Ok(write(session, base, now, payload)?),
                 |session, payload, limits| {
                     let bytes = payload.len();
-                    let space = session.reserve_content(bytes, limits)?;
-                    space.copy_from_slice(payload);
+                    let memory = session.reserve_content(bytes, limits)?;
+                    memory.copy_from_slice(payload);
                     session.content(kind, bytes)
                 },
             );
             if let Err(error) = result {
-                self.go_back(before, out);
+                self.rollback_to(before, out);
                 return Err(crate::Error {
                     offset: self.written,
                     ..error
@@ -305,13 +236,13 @@ impl Encoder {
         Ok(())
     }
 
-    /// Takes back the content that was written since a checkpoint in the same frame.
-    fn go_back(&mut self, checkpoint: Checkpoint, out: &mut Vec<u8>) {
+    /// Drops the content that was written since a checkpoint in the same frame.
+    fn rollback_to(&mut self, checkpoint: Checkpoint, out: &mut Vec<u8>) {
         out.truncate(checkpoint.out_bytes);
         self.headers = checkpoint.headers;
         self.records = checkpoint.records;
         self.written = checkpoint.written;
-        self.session.go_back(checkpoint.pending);
+        self.session.rollback_to(checkpoint.session);
     }
 
     /// Makes the frame visible. Returns its number: 0, 1, 2...

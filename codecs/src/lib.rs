@@ -5,7 +5,7 @@
 //! and keeps arrays that upload to a GPU as they are; an [`Encoder`] appends records to a `Vec`.
 //!
 //! ```
-//! use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+//! use dapple_codec::points::{Bucket, Cell, Coding, Coverage, EMPTY, Grid, PointWidths, Update};
 //! use dapple_codec::*;
 //!
 //! # fn main() -> Result<()> {
@@ -17,6 +17,7 @@
 //!     widths: PointWidths::BITS_32,
 //!     bucket_count: 7,
 //!     cell_capacity: 8,
+//!     coding: Coding::Cells,
 //! };
 //! let track = Track {
 //!     id: 1,
@@ -53,15 +54,15 @@
 //!     let (consumed, event) = decoder.push(rest)?;
 //!     rest = &rest[consumed..];
 //!     match event {
-//!         Event::Frame(frame) => assert_eq!((frame.number, frame.cells), (0, 1)),
+//!         Event::Frame(frame) => assert_eq!(frame.count(ModelKind::Points), 1),
 //!         Event::NeedInput => break, // Feed what came since; here all is there.
 //!         Event::End => break,
 //!         _ => {}
 //!     }
 //! }
 //! decoder.finish()?;
-//! let live = &decoder.tracks()[0];
-//! assert_eq!(decoder.points().cells_of(live)[0], cell);
+//! let track = &decoder.tracks()[0];
+//! assert_eq!(decoder.points().cells_of(track)[0], cell);
 //! # Ok(())
 //! # }
 //! ```
@@ -117,28 +118,15 @@ extern crate alloc;
 extern crate std;
 
 pub mod container;
-mod content;
 mod decoder;
-mod digest;
 mod dirty;
 mod encoder;
 mod entropy;
 mod error;
-mod error_kinds;
-mod frame;
-mod index_set;
 mod limits;
-mod model;
-mod part;
-mod parts;
-pub mod points;
-pub mod probes;
-mod ranges;
-mod records;
-mod reserve;
+mod memory;
+mod models;
 mod session;
-mod track;
-mod transforms;
 mod wire;
 
 /// Entries for the fuzz targets, which no program has.
@@ -149,15 +137,15 @@ pub mod fuzzing {
 }
 
 pub use container::Compression;
-pub use content::Coverage;
-pub use decoder::{Decoder, Event};
-pub use digest::StateDigest;
-pub use dirty::DirtyRange;
+pub use decoder::{Decoder, Event, decode_all};
+pub use dirty::{Buffer, Dirty, DirtyRange};
 pub use encoder::{Encoder, EncoderConfig};
 pub use error::{Error, ErrorClass, Layer, Limit, Result};
-pub use frame::FrameInfo;
 pub use limits::Limits;
-pub use model::{LookupSpace, Model};
-pub use session::{GroupStart, TickRate};
-pub use track::{LiveTrack, Target, Track};
-pub use transforms::Transform;
+pub use models::payload_header::Coverage;
+pub use models::{LookupSpace, Model, ModelKind, points, probes};
+pub use session::digest::StateDigest;
+pub use session::pending::FrameInfo;
+pub use session::records::{GroupStart, TickRate};
+pub use session::track::{Target, Track, TrackState};
+pub use session::transforms::Transform;

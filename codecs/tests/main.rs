@@ -6,7 +6,6 @@ mod volumes;
 
 mod encoder_misuse;
 mod probes;
-mod public_api;
 mod reject;
 mod stream;
 mod work;

@@ -86,14 +86,8 @@ fn within(limits: Limits, least: usize, f: impl FnOnce(&mut Decoder)) {
 
 /// Pushes everything; the number of the first error.
 fn push(decoder: &mut Decoder, bytes: &[u8]) -> std::result::Result<(), u16> {
-    let mut rest = bytes;
-    loop {
-        let (consumed, event) = decoder.push(rest).map_err(|error| error.id)?;
-        rest = &rest[consumed..];
-        if matches!(event, Event::NeedInput | Event::End) {
-            return Ok(());
-        }
-    }
+    let pushed = decoder.push_all(bytes, |_, _| {});
+    pushed.map_err(|error| error.id)
 }
 
 /// Pushes pieces, through errors.
@@ -482,15 +476,17 @@ fn allocations() {
     encoder.group(&mut many, GroupStart::Keyframes).unwrap();
     let one = volumes::volume([1, 1, 2], 0, coding);
     let mut random = Random(3);
-    let mut rooms: Vec<_> = (0..1000).map(|id| volumes::Room::new(id, one)).collect();
-    for room in &mut rooms {
-        room.track.target.path = "p".repeat(64);
-        room.change(&mut random, 1);
+    let mut fixtures: Vec<_> = (0..1000)
+        .map(|id| volumes::VolumeFixture::new(id, one))
+        .collect();
+    for fixture in &mut fixtures {
+        fixture.track.target.path = "p".repeat(64);
+        fixture.change(&mut random, 1);
     }
-    for part in rooms.chunks(100) {
-        let tracks: Vec<_> = part.iter().map(|room| room.track.clone()).collect();
+    for part in fixtures.chunks(100) {
+        let tracks: Vec<_> = part.iter().map(|fixture| fixture.track.clone()).collect();
         encoder.tracks(&mut many, &tracks).unwrap();
-        let updates: Vec<_> = part.iter().map(|room| room.update()).collect();
+        let updates: Vec<_> = part.iter().map(|fixture| fixture.update()).collect();
         encoder
             .probes(&mut many, Coverage::Keyframe, &updates, Compression::None)
             .unwrap();
@@ -507,7 +503,7 @@ fn allocations() {
 
     // Steady state of volumes: nothing is allocated, fill and visibility included.
     for coding in [coding, probes::Coding::Packed(volumes::STEPS)] {
-        let mut room = volumes::Room::new(1, volumes::volume([5, 4, 3], 4, coding));
+        let mut fixture = volumes::VolumeFixture::new(1, volumes::volume([5, 4, 3], 4, coding));
         let mut out = Vec::new();
         let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
         let mut ends = Vec::new();
@@ -520,13 +516,13 @@ fn allocations() {
                 encoder.group(&mut out, GroupStart::Keyframes).unwrap();
             }
             if frame == 0 {
-                let track = std::slice::from_ref(&room.track);
+                let track = std::slice::from_ref(&fixture.track);
                 encoder.tracks(&mut out, track).unwrap();
             }
-            room.change(&mut random, 1 + frame as u32 % 7);
+            fixture.change(&mut random, 1 + frame as u32 % 7);
             let compression = [Compression::None, Compression::Lz4, ZSTD][frame as usize % 3];
             encoder
-                .probes(&mut out, coverage, &[room.update()], compression)
+                .probes(&mut out, coverage, &[fixture.update()], compression)
                 .unwrap();
             encoder.commit(&mut out, frame, None).unwrap();
             ends.push(out.len());
@@ -554,19 +550,20 @@ fn allocations() {
 /// and the decoder can be used again.
 fn refused_memory_is_an_error() {
     let points = stream(Compression::Lz4, false).0;
-    let mut room = volumes::Room::new(7, volumes::volume([5, 4, 3], 4, probes::Coding::Raw));
-    room.change(&mut Random(4), 1);
+    let mut fixture =
+        volumes::VolumeFixture::new(7, volumes::volume([5, 4, 3], 4, probes::Coding::Raw));
+    fixture.change(&mut Random(4), 1);
     let mut probes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut probes).unwrap();
     encoder.group(&mut probes, GroupStart::Keyframes).unwrap();
     encoder
-        .tracks(&mut probes, std::slice::from_ref(&room.track))
+        .tracks(&mut probes, std::slice::from_ref(&fixture.track))
         .unwrap();
     encoder
         .probes(
             &mut probes,
             Coverage::Keyframe,
-            &[room.update()],
+            &[fixture.update()],
             Compression::Lz4,
         )
         .unwrap();

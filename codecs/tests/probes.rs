@@ -10,11 +10,11 @@ use dapple_codec::*;
 fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<ShownVolume>>) {
     let mut random = Random(seed);
     let packed = Coding::Packed(STEPS);
-    let mut rooms = [
-        Room::new(2, volume([3, 4, 2], 0, packed)),
-        Room::new(3, volume([7, 1, 2], 4, Coding::Raw)),
-        Room::new(5, volume([1, 1, 1], 8, packed)),
-        Room::new(6, volume([5, 5, 5], 4, packed)),
+    let mut fixtures = [
+        VolumeFixture::new(2, volume([3, 4, 2], 0, packed)),
+        VolumeFixture::new(3, volume([7, 1, 2], 4, Coding::Raw)),
+        VolumeFixture::new(5, volume([1, 1, 1], 8, packed)),
+        VolumeFixture::new(6, volume([5, 5, 5], 4, packed)),
     ];
     let points = common::track(4, points::PointWidths::BITS_32, 5, 6);
     let mut out = Vec::new();
@@ -26,14 +26,17 @@ fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec
             encoder.group(&mut out, GroupStart::Keyframes).unwrap();
         }
         if frame == 0 {
-            let mut tracks: Vec<_> = rooms.iter().map(|room| room.track.clone()).collect();
+            let mut tracks: Vec<_> = fixtures
+                .iter()
+                .map(|fixture| fixture.track.clone())
+                .collect();
             tracks.insert(2, points.clone());
             encoder.tracks(&mut out, &tracks).unwrap();
         }
-        for room in &mut rooms {
-            room.change(&mut random, if keyframe { 2 } else { 6 });
-            if keyframe && !room.send_visibility {
-                room.visibility = None;
+        for fixture in &mut fixtures {
+            fixture.change(&mut random, if keyframe { 2 } else { 6 });
+            if keyframe && !fixture.send_visibility {
+                fixture.visibility = None;
             }
         }
         let coverage = match keyframe {
@@ -41,8 +44,8 @@ fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec
             false => Coverage::Delta,
         };
         // Two records a frame, the later ids first.
-        for part in [&rooms[2..], &rooms[..2]] {
-            let updates: Vec<_> = part.iter().map(Room::update).collect();
+        for part in [&fixtures[2..], &fixtures[..2]] {
+            let updates: Vec<_> = part.iter().map(VolumeFixture::update).collect();
             encoder
                 .probes(&mut out, coverage, &updates, compression)
                 .unwrap();
@@ -52,43 +55,43 @@ fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec
             .transforms(&mut out, &[(3, moved)], compression)
             .unwrap();
         let mut digest = StateDigest::new();
-        for room in &rooms[..2] {
-            let moved = (room.track.id == 3).then_some(&moved);
-            digest.volume(
-                room.track.id,
+        for fixture in &fixtures[..2] {
+            let moved = (fixture.track.id == 3).then_some(&moved);
+            digest.probes(
+                fixture.track.id,
                 moved,
-                &room.probes,
-                room.visibility.as_deref(),
+                &fixture.probes,
+                fixture.visibility.as_deref(),
             );
         }
-        digest.track(
+        digest.points(
             4,
             None,
             &[points::Bucket::EMPTY; 5],
             &[points::Cell::FREE; 6],
         );
-        for room in &rooms[2..] {
-            digest.volume(
-                room.track.id,
+        for fixture in &fixtures[2..] {
+            digest.probes(
+                fixture.track.id,
                 None,
-                &room.probes,
-                room.visibility.as_deref(),
+                &fixture.probes,
+                fixture.visibility.as_deref(),
             );
         }
         encoder
             .commit(&mut out, frame.into(), Some(digest.finish()))
             .unwrap();
-        states.push(rooms.iter().map(wanted).collect());
+        states.push(fixtures.iter().map(wanted).collect());
     }
     encoder.end(&mut out).unwrap();
     (out, states)
 }
 
-/// What a room looks like to a client, from its codes: values of present probes, and a fill that
+/// What a fixture looks like to a client, from its codes: values of present probes, and a fill that
 /// looks for the nearest ones again for each probe.
-fn wanted(room: &Room) -> ShownVolume {
-    let count = room.probes.len();
-    let dims = room.volume.dims.map(i64::from);
+fn wanted(fixture: &VolumeFixture) -> ShownVolume {
+    let count = fixture.probes.len();
+    let dims = fixture.volume.dims.map(i64::from);
     let place = |i: usize| {
         let i = i as i64;
         [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]]
@@ -97,7 +100,9 @@ fn wanted(room: &Room) -> ShownVolume {
         let (a, b) = (place(a), place(b));
         (0..3).map(|k| (a[k] - b[k]).abs()).sum::<i64>()
     };
-    let present: Vec<usize> = (0..count).filter(|&i| room.probes[i].level > 0).collect();
+    let present: Vec<usize> = (0..count)
+        .filter(|&i| fixture.probes[i].level > 0)
+        .collect();
     // In a box the way along the axes is free, so the nearest is so many steps away.
     let distance = |i: usize| present.iter().map(|&p| steps(i, p)).min();
     let distances: Vec<Option<i64>> = (0..count).map(distance).collect();
@@ -108,7 +113,9 @@ fn wanted(room: &Room) -> ShownVolume {
         match distances[i] {
             // Beyond the reach of the fill.
             None | Some(5..) => {}
-            Some(0) => values[i][..CODES].copy_from_slice(&room.volume.values(&room.probes[i])),
+            Some(0) => {
+                values[i][..CODES].copy_from_slice(&fixture.volume.values(&fixture.probes[i]))
+            }
             Some(d) => {
                 let near = |j: &usize| steps(i, *j) == 1 && distances[*j] == Some(d - 1);
                 let from: Vec<usize> = (0..count).filter(near).collect();
@@ -127,9 +134,9 @@ fn wanted(room: &Room) -> ShownVolume {
         std::array::from_fn(|c| values[p][4 * t + c])
     };
     ShownVolume {
-        probes: room.probes.clone(),
+        probes: fixture.probes.clone(),
         texels: (0..7 * count).map(texel).collect(),
-        visibility: room.visibility.clone(),
+        visibility: fixture.visibility.clone(),
     }
 }
 
@@ -171,18 +178,12 @@ fn what_is_sent_is_shown_however_it_is_cut() {
             let mut decoder = Decoder::new(Limits::default());
             let mut frames = states.iter();
             for part in bytes.chunks(piece) {
-                let mut rest = part;
-                loop {
-                    let (used, event) = decoder.push(rest).unwrap();
-                    rest = &rest[used..];
-                    match event {
-                        Event::Frame(_) => {
-                            assert_eq!(&volumes_of(&decoder), frames.next().unwrap());
-                        }
-                        Event::NeedInput | Event::End => break,
-                        _ => {}
+                let check = |decoder: &mut Decoder, event| {
+                    if let Event::Frame(_) = event {
+                        assert_eq!(&volumes_of(decoder), frames.next().unwrap());
                     }
-                }
+                };
+                decoder.push_all(part, check).unwrap();
             }
             decoder.finish().unwrap();
             assert_eq!(frames.next(), None);
@@ -190,109 +191,73 @@ fn what_is_sent_is_shown_however_it_is_cut() {
     }
 }
 
-/// What changed is in the dirty ranges, so that a copy that sees them alone is right.
+/// A client that loops over what is dirty sees every change of every kind, visibility blocks included.
 #[test]
-fn dirty_ranges_cover_every_change() {
-    let (bytes, states) = stream(3, 40, Compression::None);
-    let mut decoder = Decoder::new(Limits::default());
-    let mut copies: Vec<(Vec<Texel>, Option<Vec<u8>>)> = vec![(Vec::new(), None); 4];
-    let mut rest = &bytes[..];
-    let mut partial = 0;
-    let mut frames = states.iter();
-    loop {
-        let (used, event) = decoder.push(rest).unwrap();
-        rest = &rest[used..];
-        let Event::Frame(_) = event else {
-            if event == Event::End {
-                break;
-            }
-            continue;
-        };
-        let state = decoder.probes();
-        let live = decoder.tracks().iter();
-        let live = live.filter(|live| live.track.volume().is_some());
-        for ((live, copy), wanted) in live.zip(&mut copies).zip(frames.next().unwrap()) {
-            let texels = state.texels_of(live);
-            let count = texels.len() / TEXELS;
-            copy.0.resize(texels.len(), [9; 4]);
-            for range in state.dirty_of(live) {
-                let range = range.start as usize..range.end as usize;
-                partial += usize::from(range.len() < count);
-                for t in 0..TEXELS {
-                    let range = t * count + range.start..t * count + range.end;
-                    copy.0[range.clone()].copy_from_slice(&texels[range]);
-                }
-            }
-            if state.visibility_dirty_of(live) {
-                copy.1 = state.visibility_of(live).map(<[u8]>::to_vec);
-            }
-            assert_eq!(copy.0, wanted.texels);
-            assert_eq!(copy.1, wanted.visibility);
-        }
-        decoder.clear_dirty();
-    }
-    assert!(partial > 0);
+fn dirty_ranges_cover_every_change_of_every_buffer() {
+    let (bytes, _) = stream(3, 40, Compression::None);
+    let mut copies = common::Copies::default();
+    let update = |decoder: &mut Decoder, _| copies.update(decoder);
+    decode_all(&bytes, Limits::default(), update).unwrap();
+    assert!(copies.seen.iter().eq(&Buffer::ALL));
+    assert!(copies.partial > 0);
 }
 
 /// Deltas never drift: what a decoder holds after 10,000 frames is what the encoder holds.
 #[test]
 fn ten_thousand_deltas_end_where_the_encoder_does() {
     let mut random = Random(11);
-    let mut room = Room::new(1, volume([4, 3, 3], 0, Coding::Packed(STEPS)));
+    let mut fixture = VolumeFixture::new(1, volume([4, 3, 3], 0, Coding::Packed(STEPS)));
     let mut out = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
     encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-    encoder.tracks(&mut out, &[room.track.clone()]).unwrap();
+    encoder.tracks(&mut out, &[fixture.track.clone()]).unwrap();
     let mut decoder = Decoder::new(Limits::default());
     for frame in 0..10_000 {
-        room.change(&mut random, 5);
+        fixture.change(&mut random, 5);
         let coverage = match frame {
             0 => Coverage::Keyframe,
             _ => Coverage::Delta,
         };
         encoder
-            .probes(&mut out, coverage, &[room.update()], Compression::None)
+            .probes(&mut out, coverage, &[fixture.update()], Compression::None)
             .unwrap();
         encoder.commit(&mut out, frame, None).unwrap();
-        let mut at = 0;
-        while at < out.len() {
-            at += decoder.push(&out[at..]).unwrap().0;
-        }
+        decoder.push_all(&out, |_, _| {}).unwrap();
         out.clear();
         let live = &decoder.tracks()[0];
-        assert_eq!(decoder.probes().probes_of(live), room.probes);
+        assert_eq!(decoder.probes().probes_of(live), fixture.probes);
     }
-    assert_eq!(volumes_of(&decoder), [wanted(&room)]);
+    assert_eq!(volumes_of(&decoder), [wanted(&fixture)]);
 }
 
 /// A stream with a keyframe and a delta of one volume, and where its last record of probes is.
 fn small(coding: Coding, side: u8) -> (Vec<u8>, usize) {
     let mut random = Random(4);
-    let mut room = Room::new(1, volume([3, 3, 2], side, coding));
+    let mut fixture = VolumeFixture::new(1, volume([3, 3, 2], side, coding));
     let mut out = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
     encoder.group(&mut out, GroupStart::Keyframes).unwrap();
     let points = common::track(7, points::PointWidths::BITS_32, 5, 6);
     encoder
-        .tracks(&mut out, &[room.track.clone(), points])
+        .tracks(&mut out, &[fixture.track.clone(), points])
         .unwrap();
-    room.change(&mut random, 1);
+    fixture.change(&mut random, 1);
     encoder
         .probes(
             &mut out,
             Coverage::Keyframe,
-            &[room.update()],
+            &[fixture.update()],
             Compression::None,
         )
         .unwrap();
     encoder.commit(&mut out, 0, None).unwrap();
-    room.change(&mut random, 2);
-    room.send_visibility = false;
+    fixture.change(&mut random, 2);
+    fixture.send_visibility = false;
     encoder
         .probes(
             &mut out,
             Coverage::Delta,
-            &[room.update()],
+            &[fixture.update()],
             Compression::None,
         )
         .unwrap();

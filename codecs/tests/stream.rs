@@ -21,29 +21,20 @@ fn frames(events: &[Event]) -> usize {
 }
 
 #[test]
-fn state_after_each_frame_is_the_servers() {
+fn decoded_state_is_that_of_the_server() {
     for compression in ALL {
         for digests in [false, true] {
             let (bytes, states) = stream(compression, digests);
-            let mut decoder = Decoder::new(Limits::default());
-            let mut rest = &bytes[..];
             let mut frame = 0;
-            loop {
-                let (consumed, event) = decoder.push(rest).unwrap();
-                rest = &rest[consumed..];
-                match event {
-                    Event::Frame(info) => {
-                        assert_eq!(info.number as usize, frame);
-                        assert_eq!(shown(&decoder), states[frame], "{compression:?} {frame}");
-                        frame += 1;
-                    }
-                    Event::End => break,
-                    Event::NeedInput => panic!("no end"),
-                    _ => {}
+            let check = |decoder: &mut Decoder, event| {
+                if let Event::Frame(info) = event {
+                    assert_eq!(info.number as usize, frame);
+                    assert_eq!(shown(decoder), states[frame], "{compression:?} {frame}");
+                    frame += 1;
                 }
-            }
+            };
+            decode_all(&bytes, Limits::default(), check).unwrap();
             assert_eq!(frame, states.len());
-            decoder.finish().unwrap();
         }
     }
 }
@@ -210,7 +201,7 @@ fn a_group_can_build_on_a_state() {
     encoder.tracks(&mut out, &[table]).unwrap();
     encoder.commit(&mut out, 0, None).unwrap();
     let mut digest = StateDigest::new();
-    digest.track(1, None, &[Bucket::EMPTY; 3], &[Cell::FREE; 4]);
+    digest.points(1, None, &[Bucket::EMPTY; 3], &[Cell::FREE; 4]);
     for (wanted, id) in [(digest.finish(), None), (digest.finish() ^ 1, Some(4002))] {
         let mut decoder = Decoder::new(Limits::default());
         let _ = decode(&mut decoder, &out);
@@ -238,39 +229,50 @@ fn a_group_can_build_on_a_state() {
     }
 }
 
+/// Copies that are made from dirty ranges alone are the arrays, also where groups leave tracks empty.
 #[test]
-fn dirty_ranges_cover_every_change() {
+fn dirty_ranges_of_points_cover_every_change() {
     let (bytes, _) = stream(Compression::None, false);
-    let mut decoder = Decoder::new(Limits::default());
-    let (mut buckets, mut cells): (Vec<Bucket>, Vec<Cell>) = Default::default();
-    let mut rest = &bytes[..];
-    loop {
-        let (consumed, event) = decoder.push(rest).unwrap();
-        rest = &rest[consumed..];
-        // A GPU's copy that only sees dirty ranges.
-        let state = decoder.points();
-        buckets.resize(state.buckets().len(), Bucket([0; 8]));
-        cells.resize(
-            state.cells().len(),
-            Cell {
-                key: 0,
-                points: [9; 7],
-            },
-        );
-        for range in state.dirty_buckets() {
-            let range = range.start as usize..range.end as usize;
-            buckets[range.clone()].copy_from_slice(&state.buckets()[range]);
-        }
-        for range in state.dirty_cells() {
-            let range = range.start as usize..range.end as usize;
-            cells[range.clone()].copy_from_slice(&state.cells()[range]);
-        }
-        assert_eq!((&buckets[..], &cells[..]), (state.buckets(), state.cells()));
-        decoder.clear_dirty();
-        if event == Event::End {
-            return;
-        }
-    }
+    let mut copies = Copies::default();
+    let update = |decoder: &mut Decoder, _| copies.update(decoder);
+    decode_all(&bytes, Limits::default(), update).unwrap();
+    let seen = [
+        Buffer::PointsBuckets,
+        Buffer::PointsCells,
+        Buffer::Transforms,
+    ];
+    assert!(copies.seen.iter().eq(&seen));
+    assert!(copies.partial > 0);
+
+    // A group without content or transforms, the removal of a track, and an added one.
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    let mut table = Table::new(track(1, PointWidths::BITS_32, 31, 60));
+    table.change(&mut Random(3), 20);
+    let content = table.keyframe();
+    let keyframe = Coverage::Keyframe;
+    let tracks = [1, 2].map(|id| track(id, PointWidths::BITS_32, 31, 60));
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.tracks(&mut out, &tracks).unwrap();
+    encoder
+        .points(&mut out, keyframe, &[content.update()], Compression::None)
+        .unwrap();
+    encoder
+        .transforms(&mut out, &[(1, transform(2.0))], Compression::None)
+        .unwrap();
+    encoder.commit(&mut out, 0, None).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.commit(&mut out, 1, None).unwrap();
+    encoder.remove_tracks(&mut out, &[1]).unwrap();
+    encoder.commit(&mut out, 2, None).unwrap();
+    let added = track(3, PointWidths::BITS_32, 5, 6);
+    encoder.tracks(&mut out, &[added]).unwrap();
+    encoder.commit(&mut out, 3, None).unwrap();
+    encoder.end(&mut out).unwrap();
+    let mut copies = Copies::default();
+    let update = |decoder: &mut Decoder, _| copies.update(decoder);
+    decode_all(&out, Limits::default(), update).unwrap();
+    assert!(copies.seen.contains(&Buffer::Transforms));
 }
 
 /// From its removal on a track counts as not declared, also before the commit that ends it.
@@ -366,4 +368,19 @@ fn tracks_come_and_go_and_reuse_memory() {
     assert_eq!(decoder.tracks().len(), 1);
     assert_eq!(decoder.points().cells().len(), 12);
     assert_eq!(decoder.points().buckets().len(), 10);
+}
+
+/// A decoder can go to another thread.
+#[test]
+fn public_types_are_send_and_sync() {
+    fn check<T: Send + Sync + Unpin + 'static>() {}
+    check::<Decoder>();
+    check::<Encoder>();
+    check::<Error>();
+    check::<Event>();
+    check::<TrackState>();
+    check::<StateDigest>();
+    check::<State>();
+    check::<Hasher>();
+    check::<probes::State>();
 }

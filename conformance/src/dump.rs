@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use dapple_codec::{Decoder, Event, GroupStart, LiveTrack, LookupSpace};
+use dapple_codec::{Decoder, Event, GroupStart, LookupSpace, TrackState};
 
 use crate::models;
 use crate::text::{floats, quoted};
@@ -34,7 +34,7 @@ pub fn event(decoder: &Decoder, event: Event, out: &mut String) {
     };
 }
 
-fn track(decoder: &Decoder, live: &LiveTrack, out: &mut String) {
+fn track(decoder: &Decoder, live: &TrackState, out: &mut String) {
     let track = &live.track;
     let space = match track.space {
         LookupSpace::Mesh => "mesh",

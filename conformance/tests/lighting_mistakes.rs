@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use dapple_codec::{Decoder, LiveTrack, Model};
+use dapple_codec::{Decoder, TrackState};
 use dapple_conformance::generate;
 use dapple_conformance::models::Query;
 use dapple_conformance::models::probes::oracle::{self, CONSTANTS};
@@ -129,7 +129,7 @@ fn unit(v: V) -> V {
 /// A sampler over what our decoder holds, with a mistake or none.
 struct Sampler<'d> {
     decoder: &'d Decoder,
-    live: &'d LiveTrack,
+    live: &'d TrackState,
     mistake: Option<Mistake>,
 }
 
@@ -148,10 +148,7 @@ impl Sampler<'_> {
     }
 
     fn volume(&self) -> &dapple_codec::probes::Volume {
-        match &self.live.track.model {
-            Model::Probes(volume) => volume,
-            _ => panic!("a track of probes"),
-        }
+        self.live.track.volume().expect("a track of probes")
     }
 
     /// The coefficients of a probe.

@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use arbitrary::Unstructured;
-use dapple_fuzz::stream_builder::record_starts;
 use dapple_fuzz::server;
+use dapple_fuzz::stream_builder::record_starts;
 
 /// Targets that read a stream, each with the bytes before it: one seed for each.
 const STREAMS: [(&str, &[&[u8]]); 5] = [

@@ -1,10 +1,10 @@
-//! Any bytes, their checksums mended as the first byte says: an error or a state that holds, and a
+//! Any bytes, their checksums recomputed as the first byte says: an error or a state that holds, and a
 //! decoder that can be used again.
 #![no_main]
 
 use dapple_fuzz::LIMITS;
+use dapple_fuzz::recompute::{Recompute, recompute};
 use dapple_fuzz::stream_builder::tiny;
-use dapple_fuzz::mend::{Mend, mend};
 use dapple_fuzz::viewer::Viewer;
 use libfuzzer_sys::fuzz_target;
 
@@ -13,7 +13,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let mut bytes = bytes.to_vec();
-    mend(&mut bytes, Mend::choose(how));
+    recompute(&mut bytes, Recompute::choose(how));
     let mut viewer = Viewer::new(LIMITS);
     let (_, mut result) = viewer.feed_whole(&bytes);
     // Most inputs: go on after errors, as long as that is possible.

@@ -10,7 +10,7 @@ use dapple_codec::{Limit, Limits};
 use dapple_conformance::program::{Batch, Foreign};
 use dapple_conformance::protocol::{Arguments, Program};
 use dapple_conformance::reference::Reference;
-use dapple_fuzz::mend::{Mend, mend};
+use dapple_fuzz::recompute::{Recompute, recompute};
 use dapple_fuzz::{LIMITS, structured};
 use libfuzzer_sys::fuzz_target;
 
@@ -28,12 +28,12 @@ fuzz_target!(|data: &[u8]| {
     let Some((&how, rest)) = data.split_first() else {
         return;
     };
-    // A stream of plausible records, or any bytes with mended checksums.
+    // A stream of plausible records, or any bytes with recomputed checksums.
     let bytes = if how & 0x40 == 0 {
         structured::stream(rest)
     } else {
         let mut bytes = rest.to_vec();
-        mend(&mut bytes, Mend::choose(how));
+        recompute(&mut bytes, Recompute::choose(how));
         bytes
     };
     let mut arguments = Arguments {

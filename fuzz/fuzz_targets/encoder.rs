@@ -9,9 +9,10 @@ use arbitrary::{Result, Unstructured};
 use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use dapple_codec::probes::{self, Probe};
 use dapple_codec::{
-    Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits, LiveTrack, Track, Transform,
+    Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits, ModelKind, Track, TrackState,
+    Transform,
 };
-use dapple_fuzz::{LIMITS, records, server, volumes};
+use dapple_fuzz::{LIMITS, models, server};
 use libfuzzer_sys::fuzz_target;
 
 /// So small that most frames run into one of them.
@@ -65,8 +66,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
             2 | 3 => pair.tracks(u)?,
             4 => pair.remove(u)?,
             5 => pair.transforms(u)?,
-            6..=8 => pair.points(u)?,
-            9 | 10 => pair.probes(u)?,
+            6..=10 => pair.content(u)?,
             11 if u.ratio(1, 8)? => ended = pair.call(|e, out| e.end(out)),
             _ => pair.commit(u)?,
         }
@@ -123,27 +123,27 @@ impl Pair {
     }
 
     fn tracks(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
-        let live: Vec<Track> = self
+        let track: Vec<Track> = self
             .decoder
             .tracks()
             .iter()
             .map(|t| t.track.clone())
             .collect();
         let mut tracks = Vec::new();
-        let mut id = live.last().map_or(0, |track| track.id.saturating_add(1));
+        let mut id = track.last().map_or(0, |track| track.id.saturating_add(1));
         if u.ratio(1, 8)? {
             id = u.int_in_range(0..=9)?;
         }
         for _ in 0..u.int_in_range(0..=3)? {
-            let mut track = server::any_track(u, id)?;
+            let mut track = server::track(u, id)?;
             if u.ratio(1, 16)? {
                 track.aabb_min[u.choose_index(3)?] = *u.choose(&[f32::NAN, 1e9])?;
             }
             tracks.push(track);
             id = id.saturating_add(u.int_in_range(0..=3)?);
         }
-        if u.ratio(1, 3)? && !live.is_empty() {
-            tracks.insert(0, live[u.choose_index(live.len())?].clone());
+        if u.ratio(1, 3)? && !track.is_empty() {
+            tracks.insert(0, track[u.choose_index(track.len())?].clone());
         }
         self.call(|e, out| e.tracks(out, &tracks));
         Ok(())
@@ -170,21 +170,28 @@ impl Pair {
         Ok(())
     }
 
+    fn content(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
+        match *u.choose(&ModelKind::ALL)? {
+            ModelKind::Points => self.points(u),
+            ModelKind::Probes => self.probes(u),
+        }
+    }
+
     fn points(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         let coverage = coverage(u)?;
         let mut changes = Vec::new();
         for id in self.ids(u)? {
-            let live = self.live(id).filter(|live| live.track.grid().is_some());
-            let Some(live) = live else {
+            let track = self.track(id).filter(|track| track.track.grid().is_some());
+            let Some(track) = track else {
                 changes.push((id, BTreeMap::new(), BTreeMap::new()));
                 continue;
             };
-            let grid = *live.track.grid().expect("points");
+            let grid = *track.track.grid().expect("points");
             let (cells, buckets) = match coverage {
                 Coverage::Keyframe => (&[][..], &[][..]),
                 Coverage::Delta => {
                     let state = self.decoder.points();
-                    (state.cells_of(live), state.buckets_of(live))
+                    (state.cells_of(track), state.buckets_of(track))
                 }
             };
             let old = |index: u32| cells.get(index as usize).copied().unwrap_or(Cell::FREE);
@@ -192,7 +199,7 @@ impl Pair {
                 let bucket = buckets.get(index as usize);
                 bucket.copied().unwrap_or(Bucket::EMPTY)
             };
-            let (mut buckets, mut cells) = records::content(u, &grid, old, old_bucket)?;
+            let (mut buckets, mut cells) = models::points::changes(u, &grid, old, old_bucket)?;
             if u.ratio(1, 8)? {
                 spoil(u, &mut buckets, &mut cells)?;
             }
@@ -235,20 +242,22 @@ impl Pair {
         let coverage = coverage(u)?;
         let mut contents = Vec::new();
         for id in self.ids(u)? {
-            let live = self.live(id).filter(|live| live.track.volume().is_some());
-            let Some(live) = live else {
+            let track = self
+                .track(id)
+                .filter(|track| track.track.volume().is_some());
+            let Some(track) = track else {
                 contents.push((id, Vec::new(), Vec::new(), None));
                 continue;
             };
-            let volume = live.track.volume().expect("probes");
-            let mut base = self.decoder.probes().probes_of(live).to_vec();
+            let volume = track.track.volume().expect("probes");
+            let mut base = self.decoder.probes().probes_of(track).to_vec();
             let mut probes = match coverage {
                 Coverage::Keyframe => vec![Probe::ABSENT; base.len()],
                 Coverage::Delta => base.clone(),
             };
             for _ in 0..u.int_in_range(0..=5)? {
                 let at = u.choose_index(probes.len())?;
-                probes[at] = volumes::probe(u, volume)?;
+                probes[at] = models::probes::probe(u, volume)?;
             }
             if u.ratio(1, 16)? {
                 let wrong = if u.arbitrary()? {
@@ -261,7 +270,7 @@ impl Pair {
             }
             let mut visibility = None;
             if u.ratio(1, 3)? {
-                visibility = Some(volumes::visibility(u, volume)?);
+                visibility = Some(models::probes::visibility(u, volume)?);
             }
             contents.push((id, base, probes, visibility));
         }
@@ -306,38 +315,38 @@ impl Pair {
         );
         assert_eq!(decoder.state_digest(), self.encoder.state_digest());
         for ((id, index), cell) in std::mem::take(&mut self.cells) {
-            let live = self.live(id).expect("a live track");
-            assert_eq!(decoder_cell(&self.decoder, live, index), Some(cell));
+            let track = self.track(id).expect("a declared track");
+            assert_eq!(decoder_cell(&self.decoder, track, index), Some(cell));
         }
         for ((id, index), bucket) in std::mem::take(&mut self.buckets) {
-            let live = self.live(id).expect("a live track");
-            let buckets = self.decoder.points().buckets_of(live);
+            let track = self.track(id).expect("a declared track");
+            let buckets = self.decoder.points().buckets_of(track);
             assert_eq!(buckets[index as usize], bucket);
         }
         for (id, probes) in std::mem::take(&mut self.probes) {
-            let live = self.live(id).expect("a live track");
-            assert_eq!(self.decoder.probes().probes_of(live), probes);
+            let track = self.track(id).expect("a declared track");
+            assert_eq!(self.decoder.probes().probes_of(track), probes);
         }
         for (id, bytes) in std::mem::take(&mut self.visibility) {
-            let live = self.live(id).expect("a live track");
-            assert_eq!(self.decoder.probes().visibility_of(live), Some(&bytes[..]));
+            let track = self.track(id).expect("a declared track");
+            assert_eq!(self.decoder.probes().visibility_of(track), Some(&bytes[..]));
         }
         Ok(())
     }
 
-    fn live(&self, id: u32) -> Option<&LiveTrack> {
+    fn track(&self, id: u32) -> Option<&TrackState> {
         self.decoder
             .tracks()
             .iter()
-            .find(|live| live.track.id == id)
+            .find(|track| track.track.id == id)
     }
 
-    /// Some ids, of live tracks more often than not.
+    /// Some ids, of declared tracks more often than not.
     fn ids(&self, u: &mut Unstructured<'_>) -> Result<Vec<u32>> {
         let mut ids = Vec::new();
-        for live in self.decoder.tracks() {
+        for track in self.decoder.tracks() {
             if u.ratio(1, 2)? {
-                ids.push(live.track.id);
+                ids.push(track.track.id);
             }
         }
         if u.ratio(1, 12)? {
@@ -348,8 +357,12 @@ impl Pair {
     }
 }
 
-fn decoder_cell(decoder: &Decoder, live: &LiveTrack, index: u32) -> Option<Cell> {
-    decoder.points().cells_of(live).get(index as usize).copied()
+fn decoder_cell(decoder: &Decoder, track: &TrackState, index: u32) -> Option<Cell> {
+    decoder
+        .points()
+        .cells_of(track)
+        .get(index as usize)
+        .copied()
 }
 
 fn coverage(u: &mut Unstructured<'_>) -> Result<Coverage> {

@@ -7,7 +7,7 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use dapple_codec::{Decoder, Event, Limits};
-use dapple_fuzz::mend::{Mend, mend};
+use dapple_fuzz::recompute::{Recompute, recompute};
 use libfuzzer_sys::fuzz_target;
 
 /// Allowed above what the limits state.
@@ -60,7 +60,7 @@ fuzz_target!(|data: &[u8]| {
         work_per_byte: 400,
     };
     let mut bytes = bytes.to_vec();
-    mend(&mut bytes, Mend::choose(how));
+    recompute(&mut bytes, Recompute::choose(how));
     let pieces = 1 + usize::from(d >> 4) * 100;
 
     NOW.store(0, Relaxed);

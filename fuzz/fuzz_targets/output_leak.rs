@@ -3,7 +3,7 @@
 #![no_main]
 
 use dapple_fuzz::LIMITS;
-use dapple_fuzz::mend::{Mend, mend};
+use dapple_fuzz::recompute::{Recompute, recompute};
 use dapple_fuzz::viewer::Viewer;
 use libfuzzer_sys::fuzz_target;
 
@@ -13,8 +13,8 @@ fuzz_target!(|data: &[u8]| {
     };
     let at = bytes.len() * usize::from(split) / 256;
     let (mut first, mut second) = (bytes[..at].to_vec(), bytes[at..].to_vec());
-    mend(&mut first, Mend::choose(how));
-    mend(&mut second, Mend::choose(how >> 4));
+    recompute(&mut first, Recompute::choose(how));
+    recompute(&mut second, Recompute::choose(how >> 4));
 
     let mut used = Viewer::new(LIMITS);
     // In pieces, so that payloads are collected in the buffer that the second stream uses.

@@ -4,8 +4,8 @@
 
 use dapple_codec::Error;
 use dapple_fuzz::LIMITS;
-use dapple_fuzz::mend::{Mend, mend};
-use dapple_fuzz::viewer::{Seen, ShownTrack, Viewer};
+use dapple_fuzz::recompute::{Recompute, recompute};
+use dapple_fuzz::viewer::{Observed, ShownTrack, Viewer};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
@@ -13,7 +13,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let mut bytes = bytes.to_vec();
-    mend(&mut bytes, Mend::choose(how));
+    recompute(&mut bytes, Recompute::choose(how));
     let whole = outcome(&bytes, |left| left);
     let mut state = u32::from(seed);
     let cut = outcome(&bytes, |_| {
@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     assert_eq!(whole, cut);
 });
 
-type Outcome = (Vec<Seen>, Vec<Error>, u64, Vec<ShownTrack>);
+type Outcome = (Vec<Observed>, Vec<Error>, u64, Vec<ShownTrack>);
 
 fn outcome(bytes: &[u8], mut cut: impl FnMut(usize) -> usize) -> Outcome {
     let mut viewer = Viewer::new(LIMITS);

@@ -3,14 +3,13 @@
 #![no_main]
 
 use arbitrary::{Result, Unstructured};
-use dapple_codec::Track;
-use dapple_codec::container::record_type;
-use dapple_fuzz::{contents, server};
+use dapple_codec::{ModelKind, Track};
+use dapple_fuzz::payloads;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
     let u = &mut Unstructured::new(data);
-    let _ = contents::show(u, record_type::PROBES, server::volume_track, payloads);
+    let _ = payloads::show(u, ModelKind::Probes, payloads);
 });
 
 /// One payload for the first track, or one for each of two.

@@ -2,13 +2,11 @@
 //! input says: every committed state is the one that the undamaged stream has at that frame.
 #![no_main]
 
-use std::collections::BTreeMap;
-
 use arbitrary::{Result, Unstructured};
 use dapple_codec::Event;
-use dapple_codec::points::{Bucket, Cell, EMPTY};
-use dapple_fuzz::stream_builder::record_starts;
+use dapple_fuzz::models::Content;
 use dapple_fuzz::server::Script;
+use dapple_fuzz::stream_builder::record_starts;
 use dapple_fuzz::viewer::{ShownTrack, Viewer};
 use dapple_fuzz::{LIMITS, server};
 use libfuzzer_sys::fuzz_target;
@@ -79,8 +77,8 @@ fn compare(shown: &[ShownTrack], frame: u32, script: &Script, lost: bool) {
         return;
     }
     let blank = |t: &ShownTrack| {
-        let absent = t.probes.iter().all(|probe| probe.level == 0);
-        t.transform.is_none() && content(t).is_empty() && absent && t.visibility.is_none()
+        let empty = Content::empty(&t.track.model);
+        t.transform.is_none() && t.content.reachable() == empty.reachable()
     };
     for track in wanted {
         match shown.iter().find(|t| t.track.id == track.track.id) {
@@ -98,25 +96,11 @@ fn compare(shown: &[ShownTrack], frame: u32, script: &Script, lost: bool) {
     }
 }
 
+/// What a lookup can reach is the same.
 fn same(a: &ShownTrack, b: &ShownTrack) -> bool {
     a.track == b.track
         && a.transform == b.transform
-        && content(a) == content(b)
-        && a.probes == b.probes
-        && a.visibility == b.visibility
-}
-
-/// What a lookup can reach.
-fn content(track: &ShownTrack) -> BTreeMap<u32, Vec<Cell>> {
-    let mut content = BTreeMap::new();
-    for (index, Bucket(entries)) in (0..).zip(&track.buckets) {
-        let used = entries.iter().filter(|&&entry| entry != EMPTY);
-        let cells: Vec<Cell> = used.map(|&entry| track.cells[entry as usize]).collect();
-        if !cells.is_empty() {
-            content.insert(index, cells);
-        }
-    }
-    content
+        && a.content.reachable() == b.content.reachable()
 }
 
 fn damage(u: &mut Unstructured<'_>, bytes: &[u8]) -> Result<Vec<u8>> {

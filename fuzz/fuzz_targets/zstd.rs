@@ -4,7 +4,7 @@
 
 use arbitrary::{Result, Unstructured};
 use dapple_codec::fuzzing::unpack_zstd_twice;
-use dapple_codec::points::{Grid, PointWidths};
+use dapple_codec::points::{Coding, Grid, PointWidths};
 use dapple_codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track, Transform,
 };
@@ -106,6 +106,7 @@ fn smallest_track(id: u32) -> Track {
             widths: PointWidths::BITS_32,
             bucket_count: 1,
             cell_capacity: 1,
+            coding: Coding::Cells,
         }),
     }
 }

@@ -1,13 +1,13 @@
 //! What the fuzz targets share. Each target states one property; `README.md` lists them.
 
-pub mod contents;
-pub mod stream_builder;
-pub mod mend;
+pub mod models;
+pub mod payloads;
+pub mod recompute;
 pub mod records;
 pub mod server;
+pub mod stream_builder;
 pub mod structured;
 pub mod viewer;
-pub mod volumes;
 
 use dapple_codec::Limits;
 

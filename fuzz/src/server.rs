@@ -1,20 +1,16 @@
 //! A small server that does what the input says: hash grids and volumes that change, and the valid
 //! streams that it writes of them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use arbitrary::{Result, Unstructured};
-use dapple_codec::points::{
-    BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, Coverage, EMPTY, Grid, PointWidths, Update,
-};
-use dapple_codec::probes::{self, Probe, Volume};
 use dapple_codec::{
-    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, StateDigest, Target,
+    Compression, Encoder, EncoderConfig, GroupStart, Model, ModelKind, StateDigest, Target,
     TickRate, Track, Transform,
 };
 
+use crate::models::{self, Content, Named};
 use crate::viewer::ShownTrack;
-use crate::volumes;
 
 /// A valid stream.
 pub struct Script {
@@ -37,39 +33,21 @@ pub fn script(u: &mut Unstructured<'_>) -> Result<Script> {
     })
 }
 
-/// A track of either model.
-pub fn any_track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
-    if u.ratio(1, 2)? {
-        return volume_track(u, id);
-    }
-    track(u, id)
-}
-
-/// A volume with parameters that hold.
-pub fn volume_track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
-    let mut volume = volumes::volume(u)?;
-    volume.grid_from_mesh = matrix(u)?;
-    Ok(Track {
-        space: LookupSpace::Mesh,
-        model: Model::Probes(volume),
-        ..track(u, id)?
-    })
-}
-
-/// A track of points with parameters that hold.
+/// A track of any model.
 pub fn track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
-    let dims = match u.int_in_range(0..=9)? {
-        0 => [65_535, 65_535, 1],
-        1 => [1, 3, 65_535],
-        2 => [1, 1, 1],
-        _ => [
-            u.int_in_range(1..=9)?,
-            u.int_in_range(1..=9)?,
-            u.int_in_range(1..=9)?,
-        ],
-    };
-    let radius = f32::from(u.int_in_range(1u8..=9)?) / 8.0;
+    let model = models::any(u)?;
+    track_of(u, id, model)
+}
+
+/// A track of a model with parameters that hold.
+pub fn track_of_kind(u: &mut Unstructured<'_>, id: u32, kind: ModelKind) -> Result<Track> {
+    let model = models::of_kind(u, kind)?;
+    track_of(u, id, model)
+}
+
+fn track_of(u: &mut Unstructured<'_>, id: u32, model: Model) -> Result<Track> {
     let low = f32::from(u.arbitrary::<i8>()?);
+    let spaces = model.kind().spaces();
     Ok(Track {
         id,
         target: Target {
@@ -79,41 +57,13 @@ pub fn track(u: &mut Unstructured<'_>, id: u32) -> Result<Track> {
         },
         aabb_min: [low; 3],
         aabb_max: [low, low + 1.0, low + 2.0],
-        space: if u.arbitrary()? {
-            LookupSpace::Mesh
-        } else {
-            LookupSpace::Rest
-        },
-        model: Model::Points(Grid {
-            grid_from_mesh: matrix(u)?,
-            dims,
-            cell_edge: radius * if u.arbitrary()? { 2.0 } else { 3.0 },
-            radius,
-            widths: widths(u)?,
-            bucket_count: u.int_in_range(1..=17)?,
-            cell_capacity: u.int_in_range(1..=24)?,
-        }),
+        space: *u.choose(spaces)?,
+        model,
     })
 }
 
-fn widths(u: &mut Unstructured<'_>) -> Result<PointWidths> {
-    let (position, normal, ao) = *u.choose(&[
-        (5, 4, 8),
-        (4, 3, 5),
-        (2, 2, 5),
-        (8, 2, 3),
-        (1, 2, 8),
-        (3, 4, 6),
-        (1, 8, 4),
-    ])?;
-    Ok(PointWidths {
-        position,
-        normal,
-        ao,
-    })
-}
-
-fn matrix(u: &mut Unstructured<'_>) -> Result<[[f32; 4]; 3]> {
+/// A matrix that is the identity but for one number.
+pub fn matrix(u: &mut Unstructured<'_>) -> Result<[[f32; 4]; 3]> {
     let mut matrix = Transform::IDENTITY.world_from_grid;
     matrix[u.choose_index(3)?][u.choose_index(4)?] = f32::from(u.arbitrary::<i8>()?) / 4.0;
     Ok(matrix)
@@ -135,14 +85,7 @@ pub fn compression(u: &mut Unstructured<'_>) -> Result<Compression> {
 struct Table {
     track: Track,
     transform: Option<Transform>,
-    buckets: Vec<Bucket>,
-    cells: Vec<Cell>,
-    changed_buckets: BTreeSet<u32>,
-    changed_cells: BTreeSet<u32>,
-    probes: Vec<Probe>,
-    /// The probes of the last commit.
-    committed: Vec<Probe>,
-    visibility: Option<Vec<u8>>,
+    content: Content,
     /// Ends at the next commit.
     removed: bool,
 }
@@ -198,10 +141,10 @@ impl Server {
                 .group(&mut self.bytes, GroupStart::Keyframes)
                 .expect("group");
             if u.arbitrary()? {
-                let live = self.tables.iter().filter(|t| !t.removed);
-                let live: Vec<Track> = live.map(|t| t.track.clone()).collect();
+                let kept = self.tables.iter().filter(|t| !t.removed);
+                let kept: Vec<Track> = kept.map(|t| t.track.clone()).collect();
                 self.encoder
-                    .tracks(&mut self.bytes, &live)
+                    .tracks(&mut self.bytes, &kept)
                     .expect("declared again");
             }
             for table in &mut self.tables {
@@ -215,9 +158,6 @@ impl Server {
         }
         self.content(u, keyframes)?;
         self.tables.retain(|t| !t.removed);
-        for table in &mut self.tables {
-            table.committed.clone_from(&table.probes);
-        }
         self.tick += u64::from(u.int_in_range(0u8..=3)?);
         let digest = u.arbitrary::<bool>()?.then(|| self.digest(false));
         let number = self
@@ -234,7 +174,7 @@ impl Server {
         let count = u.int_in_range(wanted)?.min(8 - self.tables.len().min(8));
         let mut tracks = Vec::new();
         for _ in 0..count {
-            tracks.push(any_track(u, self.next_id)?);
+            tracks.push(track(u, self.next_id)?);
             self.next_id += u.int_in_range(1..=3)?;
         }
         if tracks.is_empty() {
@@ -284,63 +224,25 @@ impl Server {
 
     /// Content of some tracks, some of it as keyframes.
     fn content(&mut self, u: &mut Unstructured<'_>, group: bool) -> Result<()> {
-        let (mut full, mut partial) = (Vec::new(), Vec::new());
-        let (mut full_volumes, mut partial_volumes) = (Vec::new(), Vec::new());
-        for table in &mut self.tables {
-            let named = !table.removed && u.ratio(3, 4)?;
-            if group && !named {
-                table.empty();
+        for kind in ModelKind::ALL {
+            let mut named = Vec::new();
+            let tables = self.tables.iter_mut();
+            for table in tables.filter(|table| table.track.model.kind() == kind) {
+                let has_content = !table.removed && u.ratio(3, 4)?;
+                if !has_content {
+                    if group {
+                        table.content = Content::empty(&table.track.model);
+                    }
+                    continue;
+                }
+                named.push(Named {
+                    id: table.track.id,
+                    model: table.track.model,
+                    content: &mut table.content,
+                    keyframe: group || u.ratio(1, 4)?,
+                });
             }
-            if !named {
-                continue;
-            }
-            let keyframe = group || u.ratio(1, 4)?;
-            if let Some(volume) = table.track.volume().copied() {
-                let into = if keyframe {
-                    &mut full_volumes
-                } else {
-                    &mut partial_volumes
-                };
-                into.push(table.volume(u, &volume, keyframe)?);
-                continue;
-            }
-            for _ in 0..u.int_in_range(0..=6)? {
-                table.change(u)?;
-            }
-            let into = if keyframe { &mut full } else { &mut partial };
-            into.push(table.content(keyframe));
-        }
-        for (coverage, contents) in [(Coverage::Keyframe, full), (Coverage::Delta, partial)] {
-            // One record or two.
-            let split = u.int_in_range(0..=contents.len())?;
-            for part in [&contents[..split], &contents[split..]]
-                .into_iter()
-                .filter(|p| !p.is_empty())
-            {
-                let updates: Vec<Update<'_>> = part.iter().map(Content::update).collect();
-                let compression = compression(u)?;
-                let written = self
-                    .encoder
-                    .points(&mut self.bytes, coverage, &updates, compression);
-                written.expect("points");
-            }
-        }
-        for (coverage, contents) in [
-            (Coverage::Keyframe, full_volumes),
-            (Coverage::Delta, partial_volumes),
-        ] {
-            let split = u.int_in_range(0..=contents.len())?;
-            for part in [&contents[..split], &contents[split..]]
-                .into_iter()
-                .filter(|p| !p.is_empty())
-            {
-                let updates: Vec<_> = part.iter().map(VolumeContent::update).collect();
-                let compression = compression(u)?;
-                let written = self
-                    .encoder
-                    .probes(&mut self.bytes, coverage, &updates, compression);
-                written.expect("probes");
-            }
+            models::write(u, kind, named, &mut self.encoder, &mut self.bytes)?;
         }
         Ok(())
     }
@@ -350,11 +252,7 @@ impl Server {
         let mut digest = StateDigest::new();
         for table in self.tables.iter().filter(|t| with_removed || !t.removed) {
             let transform = table.transform.as_ref();
-            let id = table.track.id;
-            match table.track.volume() {
-                Some(_) => digest.volume(id, transform, &table.probes, table.visibility.as_deref()),
-                None => digest.track(id, transform, &table.buckets, &table.cells),
-            }
+            table.content.digest(table.track.id, transform, &mut digest);
         }
         digest.finish()
     }
@@ -362,130 +260,11 @@ impl Server {
 
 impl Table {
     fn new(track: Track) -> Table {
-        let (buckets, cells) = match track.grid() {
-            Some(grid) => (grid.bucket_count as usize, grid.cell_capacity as usize),
-            None => (0, 0),
-        };
-        let probes = vec![Probe::ABSENT; track.volume().map_or(0, Volume::count)];
         Table {
-            track,
             transform: None,
-            buckets: vec![Bucket::EMPTY; buckets],
-            cells: vec![Cell::FREE; cells],
-            committed: probes.clone(),
-            probes,
-            visibility: None,
-            changed_buckets: BTreeSet::new(),
-            changed_cells: BTreeSet::new(),
+            content: Content::empty(&track.model),
             removed: false,
-        }
-    }
-
-    fn empty(&mut self) {
-        self.buckets.fill(Bucket::EMPTY);
-        self.cells.fill(Cell::FREE);
-        self.probes.fill(Probe::ABSENT);
-        self.visibility = None;
-    }
-
-    /// Changes probes here and there.
-    fn volume(
-        &mut self,
-        u: &mut Unstructured<'_>,
-        volume: &Volume,
-        keyframe: bool,
-    ) -> Result<VolumeContent> {
-        for _ in 0..u.int_in_range(0..=6)? {
-            let at = u.choose_index(self.probes.len())?;
-            let probe = &mut self.probes[at];
-            if probe.level == 0 || u.arbitrary()? {
-                *probe = volumes::probe(u, volume)?;
-            } else {
-                let code = u.choose_index(volumes::used(probe.level))?;
-                probe.codes[code] = volumes::code(u, volume, code)?;
-            }
-        }
-        let sent = volume.visibility.side > 0 && u.ratio(1, 3)?;
-        let visibility = match sent {
-            true => Some(volumes::visibility(u, volume)?),
-            false => None,
-        };
-        if keyframe || sent {
-            self.visibility.clone_from(&visibility);
-        }
-        Ok(VolumeContent {
-            track: self.track.id,
-            base: self.committed.clone(),
-            probes: self.probes.clone(),
-            visibility,
-        })
-    }
-
-    /// Frees a cell, fills one, moves one to another key, or changes its points.
-    fn change(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
-        let grid = *self.track.grid().expect("points");
-        let index = u.int_in_range(0..=grid.cell_capacity - 1)?;
-        let mut cell = self.cells[index as usize];
-        let (free, moved) = (u.ratio(1, 5)?, u.ratio(1, 5)?);
-        if cell.key != EMPTY && (free || moved) {
-            self.unname(index, cell.key);
-        }
-        if free {
-            cell = Cell::FREE;
-        } else {
-            if cell.key == EMPTY || moved {
-                cell.key = u.int_in_range(0..=(grid.volume() - 1) as u32)?;
-                // A full bucket leaves the cell without a name, which is allowed.
-                self.name(index, cell.key);
-            }
-            let there = 1u32 << (grid.widths.bits() - 1);
-            let used = u.int_in_range(0..=CELL_POINTS)?;
-            cell.points = [0; CELL_POINTS];
-            for point in &mut cell.points[..used] {
-                *point = there | u.arbitrary::<u32>()? & (there - 1);
-            }
-        }
-        self.cells[index as usize] = cell;
-        self.changed_cells.insert(index);
-        Ok(())
-    }
-
-    fn name(&mut self, index: u32, key: u32) {
-        let bucket = self.track.grid().expect("points").bucket_of_key(key);
-        let entries = &mut self.buckets[bucket as usize].0;
-        if let Some(at) = entries.iter().position(|&e| e == EMPTY) {
-            entries[at] = index;
-            self.changed_buckets.insert(bucket);
-        }
-    }
-
-    fn unname(&mut self, index: u32, key: u32) {
-        let bucket = self.track.grid().expect("points").bucket_of_key(key);
-        let entries = &mut self.buckets[bucket as usize].0;
-        if let Some(at) = entries.iter().position(|&e| e == index) {
-            entries.copy_within(at + 1.., at);
-            entries[BUCKET_ENTRIES - 1] = EMPTY;
-            self.changed_buckets.insert(bucket);
-        }
-    }
-
-    fn content(&mut self, keyframe: bool) -> Content {
-        let mut buckets = std::mem::take(&mut self.changed_buckets);
-        let mut cells = std::mem::take(&mut self.changed_cells);
-        if keyframe {
-            let used = (0..)
-                .zip(&self.buckets)
-                .filter(|(_, b)| **b != Bucket::EMPTY);
-            buckets = used.map(|(index, _)| index).collect();
-            let used = (0..).zip(&self.cells).filter(|(_, c)| **c != Cell::FREE);
-            cells = used.map(|(index, _)| index).collect();
-        }
-        Content {
-            track: self.track.id,
-            buckets: buckets.iter().map(|&i| self.buckets[i as usize]).collect(),
-            bucket_indices: buckets.into_iter().collect(),
-            cells: cells.iter().map(|&i| self.cells[i as usize]).collect(),
-            cell_indices: cells.into_iter().collect(),
+            track,
         }
     }
 
@@ -493,50 +272,7 @@ impl Table {
         ShownTrack {
             track: self.track.clone(),
             transform: self.transform,
-            buckets: self.buckets.clone(),
-            cells: self.cells.clone(),
-            probes: self.probes.clone(),
-            visibility: self.visibility.clone(),
-        }
-    }
-}
-
-/// An owned [`probes::Update`].
-struct VolumeContent {
-    track: u32,
-    base: Vec<Probe>,
-    probes: Vec<Probe>,
-    visibility: Option<Vec<u8>>,
-}
-
-impl VolumeContent {
-    fn update(&self) -> probes::Update<'_> {
-        probes::Update {
-            track: self.track,
-            base: &self.base,
-            probes: &self.probes,
-            visibility: self.visibility.as_deref(),
-        }
-    }
-}
-
-/// An owned [`Update`].
-struct Content {
-    track: u32,
-    bucket_indices: Vec<u32>,
-    buckets: Vec<Bucket>,
-    cell_indices: Vec<u32>,
-    cells: Vec<Cell>,
-}
-
-impl Content {
-    fn update(&self) -> Update<'_> {
-        Update {
-            track: self.track,
-            bucket_indices: &self.bucket_indices,
-            buckets: &self.buckets,
-            cell_indices: &self.cell_indices,
-            cells: &self.cells,
+            content: self.content.clone(),
         }
     }
 }

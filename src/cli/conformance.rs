@@ -22,7 +22,7 @@ use glam::Vec3;
 
 use super::progress::Progress;
 use super::{output, tell};
-use crate::codec::{Decoder, LiveTrack};
+use crate::codec::{Decoder, TrackState};
 use crate::files::{self, NewFile};
 use crate::points::sample::{self, Fallback};
 use crate::probes;
@@ -183,7 +183,7 @@ fn vectors(args: &Args) -> std::result::Result<Vec<Vector>, String> {
 }
 
 /// AO by Eq. 4 alone, at a grid-space position and normal.
-fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 3]) -> f32 {
+fn ambient_occlusion(decoder: &Decoder, live: &TrackState, x: [f32; 3], n: [f32; 3]) -> f32 {
     let state = decoder.points();
     // A track of another model has no points, and nothing closes it.
     let Some(grid) = live.track.grid() else {
@@ -195,7 +195,7 @@ fn ambient_occlusion(decoder: &Decoder, live: &LiveTrack, x: [f32; 3], n: [f32; 
 }
 
 /// Irradiance and filtered radiance of a surface of a volume.
-fn light(decoder: &Decoder, live: &LiveTrack, surface: &Surface) -> [[f32; 3]; 2] {
+fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 2] {
     // Nothing lights a track of another model.
     let Some(volume) = ProbesVolume::new(decoder, live) else {
         return [[0.0; 3]; 2];

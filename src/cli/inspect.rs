@@ -12,7 +12,7 @@ use super::{output, tell};
 use crate::Result;
 use crate::codec::points::Grid;
 use crate::codec::probes::{Coding, Volume};
-use crate::codec::{Decoder, Event, LiveTrack, LookupSpace, Model};
+use crate::codec::{Decoder, Event, LookupSpace, Model, TrackState};
 
 mod frames;
 mod sparkline;
@@ -180,7 +180,7 @@ impl Report {
 }
 
 impl TrackReport {
-    fn new(decoder: &Decoder, live: &LiveTrack) -> TrackReport {
+    fn new(decoder: &Decoder, live: &TrackState) -> TrackReport {
         let track = &live.track;
         let (dims, model) = match &track.model {
             Model::Points(grid) => (grid.dims, of_points(decoder, live, grid)),
@@ -200,7 +200,7 @@ impl TrackReport {
     }
 }
 
-fn of_points(decoder: &Decoder, live: &LiveTrack, grid: &Grid) -> ModelReport {
+fn of_points(decoder: &Decoder, live: &TrackState, grid: &Grid) -> ModelReport {
     let (mut cells, mut points) = (0, 0);
     let state = decoder.points();
     for bucket in state.buckets_of(live) {
@@ -220,7 +220,7 @@ fn of_points(decoder: &Decoder, live: &LiveTrack, grid: &Grid) -> ModelReport {
     }
 }
 
-fn of_probes(decoder: &Decoder, live: &LiveTrack, volume: &Volume) -> ModelReport {
+fn of_probes(decoder: &Decoder, live: &TrackState, volume: &Volume) -> ModelReport {
     let state = decoder.probes();
     let present = state.probes_of(live).iter().filter(|p| p.level > 0);
     ModelReport::Probes {

@@ -122,7 +122,7 @@ impl<'s> Content<'s> {
     pub fn digest(&self, digest: &mut StateDigest) {
         for (t, track) in self.server.tracks().iter().enumerate() {
             let (store, transform) = (&track.store, self.sent_transforms[t].as_ref());
-            digest.track(t as u32, transform, store.buckets(), store.cells());
+            digest.points(t as u32, transform, store.buckets(), store.cells());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The virtual grid of a mesh instance and its hash (PSAO §3.2).
 
-use crate::codec::points::{BUCKET_ENTRIES, Grid, PointWidths};
+use crate::codec::points::{BUCKET_ENTRIES, Coding, Grid, PointWidths};
 use glam::{Affine3A, DMat3, DVec3, Mat3, Vec3};
 
 /// Scales below this share of the largest flatten.
@@ -114,6 +114,7 @@ pub fn lay(extent: Extent, scale: Mat3, radius: f32, widths: PointWidths) -> Opt
         widths,
         bucket_count: 1,
         cell_capacity: 0,
+        coding: Coding::Cells,
     })
 }
 

@@ -60,6 +60,7 @@ pub(crate) fn grid(dims: [u16; 3], edge: f32, radius: f32, widths: PointWidths) 
         widths,
         bucket_count: 0,
         cell_capacity: 0,
+        coding: dapple_codec::points::Coding::Cells,
     }
 }
 

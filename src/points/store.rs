@@ -254,6 +254,7 @@ mod tests {
             widths: PointWidths::BITS_32,
             bucket_count,
             cell_capacity,
+            coding: crate::codec::points::Coding::Cells,
         }
     }
 

@@ -5,7 +5,7 @@ use super::sample::Field;
 use super::sh::L2;
 use super::visibility::Visibility;
 use crate::codec::probes::{Texel, Volume, f32_from_f16};
-use crate::codec::{Decoder, LiveTrack, Model};
+use crate::codec::{Decoder, Model, TrackState};
 use glam::{Affine3A, Mat3A, Vec3};
 
 /// What values of a volume are multiplied by: two to its exponent.
@@ -40,7 +40,7 @@ pub struct ProbesVolume {
 
 impl ProbesVolume {
     /// The volume of a track as of the last commit; `None` for a track of another model.
-    pub fn new(decoder: &Decoder, live: &LiveTrack) -> Option<ProbesVolume> {
+    pub fn new(decoder: &Decoder, live: &TrackState) -> Option<ProbesVolume> {
         let Model::Probes(volume) = live.track.model else {
             return None;
         };

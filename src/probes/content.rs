@@ -377,7 +377,7 @@ impl<'s> Content<'s> {
 
     /// Adds the state as clients have it.
     pub fn digest(&self, digest: &mut StateDigest) {
-        digest.volume(self.id, None, &self.sent, self.visibility());
+        digest.probes(self.id, None, &self.sent, self.visibility());
     }
 
     /// The probes as this frame shall have them.

@@ -1,6 +1,6 @@
 //! A server that writes streams of any length.
 
-use dapple::codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+use dapple::codec::points::{Bucket, Cell, Coding, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track,
 };
@@ -22,6 +22,7 @@ impl Server {
             dims: [16, 16, 16],
             bucket_count: 1031,
             cell_capacity: 512,
+            coding: Coding::Cells,
             ..grid(PointWidths::BITS_32)
         };
         Server {

@@ -1,7 +1,7 @@
 // The stream that the examples decode. They include this file, since examples that are shown in the
 // crate's documentation have no modules in files.
 
-use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Grid, PointWidths, Update};
+use dapple_codec::points::{Bucket, Cell, Coding, Coverage, EMPTY, Grid, PointWidths, Update};
 use dapple_codec::*;
 
 /// Frames of the stream.
@@ -21,6 +21,7 @@ pub fn stream() -> Result<Vec<u8>> {
         widths: PointWidths::BITS_32,
         bucket_count: 1031,
         cell_capacity: 512,
+        coding: Coding::Cells,
     };
     let track = Track {
         id: 1,

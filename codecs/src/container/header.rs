@@ -69,9 +69,9 @@ pub mod record_type {
         }
     }
 
-    /// The types that this version defines. All of them are critical.
-    pub(crate) fn is_defined(number: u16) -> bool {
-        matches!(number, STREAM..=END | POINTS | PROBES)
+    /// A record of the container itself. Those of models are in the registry of models.
+    pub(crate) fn is_of_container(number: u16) -> bool {
+        matches!(number, STREAM..=END)
     }
 }
 

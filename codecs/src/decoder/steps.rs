@@ -9,9 +9,9 @@ use crate::container::{
     HEADER_BYTES, PREAMBLE_BYTES, Packing, Preamble, RecordHeader, crc32c, crc32c_copy, record_type,
 };
 use crate::error::{ErrorDetail, ErrorKind, Result};
-use crate::model::ModelKind;
-use crate::reserve::reserve_exact;
-use crate::session::End;
+use crate::memory::reserve::reserve_exact;
+use crate::models::ModelKind;
+use crate::session::records::End;
 
 impl Decoder {
     /// Takes in some of `input`: up to the end of a preamble, a header or a payload.
@@ -97,7 +97,8 @@ impl Decoder {
             sequence if sequence + 1 == expected => return Err(ErrorKind::RecordDuplicate.into()),
             _ => return Err(ErrorKind::RecordOrder.into()),
         }
-        let defined = record_type::is_defined(header.record_type);
+        let defined = record_type::is_of_container(header.record_type)
+            || ModelKind::of_record(header.record_type).is_some();
         if !defined && header.critical {
             return Err(ErrorDetail::found(
                 ErrorKind::UnknownCritical,
@@ -184,7 +185,7 @@ impl Decoder {
             }
             // A group that builds on a lost state, and others like it: the search goes on.
             Err(failure) if self.searching && failure.fault != ErrorKind::Memory => {
-                self.session.revert();
+                self.session.rollback();
                 self.next_record();
                 Ok(None)
             }
@@ -291,7 +292,7 @@ impl Decoder {
         recovery: Recovery,
         offset: u64,
     ) -> Result<T> {
-        self.session.revert();
+        self.session.rollback();
         self.stored.clear();
         self.head_bytes = 0;
         if recovery == Recovery::AtHeader {

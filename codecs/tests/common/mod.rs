@@ -3,6 +3,7 @@
 
 use dapple_codec::points::*;
 use dapple_codec::*;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher as _;
 
 /// Linear congruential generator: the same numbers everywhere.
@@ -49,6 +50,7 @@ pub fn track(id: u32, widths: PointWidths, buckets: u32, capacity: u32) -> Track
             widths,
             bucket_count: buckets,
             cell_capacity: capacity,
+            coding: Coding::Cells,
         }),
     }
 }
@@ -263,7 +265,7 @@ pub fn stream(compression: Compression, digests: bool) -> (Vec<u8>, Vec<Shown>) 
         let digest = digests.then(|| {
             let mut digest = StateDigest::new();
             for (table, (id, transform)) in tables.iter().zip(&transforms) {
-                digest.track(*id, Some(transform), &table.buckets, &table.cells);
+                digest.points(*id, Some(transform), &table.buckets, &table.cells);
             }
             digest.finish()
         });
@@ -287,26 +289,55 @@ pub fn stream(compression: Compression, digests: bool) -> (Vec<u8>, Vec<Shown>) 
     (out, states)
 }
 
+/// Copies of a decoder's arrays that are made from dirty ranges alone, as a renderer makes them.
+#[derive(Default)]
+pub struct Copies {
+    arrays: BTreeMap<(Buffer, Option<u32>), Vec<u8>>,
+    /// Buffers that were dirty at some time.
+    pub seen: BTreeSet<Buffer>,
+    /// Ranges that were not a whole array.
+    pub partial: usize,
+}
+
+impl Copies {
+    /// Copies what is dirty. Then every array of the decoder must be its copy.
+    pub fn update(&mut self, decoder: &mut Decoder) {
+        let tracks = decoder.tracks();
+        let ids: Vec<Option<u32>> = tracks.iter().map(|track| Some(track.track.id)).collect();
+        self.arrays
+            .retain(|(_, track), _| track.is_none() || ids.contains(track));
+        let mut last: Option<Dirty> = None;
+        for dirty in decoder.dirty() {
+            let source = decoder.array(dirty.buffer, dirty.track);
+            let copy = self.arrays.entry((dirty.buffer, dirty.track)).or_default();
+            copy.resize(source.len(), 0x99);
+            let range = dirty.bytes();
+            copy[range.clone()].copy_from_slice(&source[range.clone()]);
+            self.seen.insert(dirty.buffer);
+            self.partial += usize::from(range.len() < source.len());
+            if let Some(last) = last.filter(|l| (l.buffer, l.track) == (dirty.buffer, dirty.track))
+            {
+                assert!(last.range.end <= dirty.range.start, "{last:?} {dirty:?}");
+            }
+            last = Some(dirty);
+        }
+        decoder.clear_dirty();
+        assert_eq!(decoder.dirty().next(), None);
+        for buffer in Buffer::ALL {
+            for &track in [None].iter().chain(&ids) {
+                let copy = self.arrays.get(&(buffer, track));
+                let copy = copy.map_or(&[][..], |copy| &copy[..]);
+                assert!(copy == decoder.array(buffer, track), "{buffer:?} {track:?}");
+            }
+        }
+    }
+}
+
 /// Pushes everything, whole. Returns the events before the end or the error.
 pub fn decode(decoder: &mut Decoder, bytes: &[u8]) -> (Vec<Event>, Result<()>) {
     let mut events = Vec::new();
-    let mut rest = bytes;
-    loop {
-        match decoder.push(rest) {
-            Ok((consumed, event)) => {
-                rest = &rest[consumed..];
-                match event {
-                    Event::NeedInput => return (events, decoder.finish()),
-                    Event::End if rest.is_empty() => {
-                        events.push(event);
-                        return (events, decoder.finish());
-                    }
-                    _ => events.push(event),
-                }
-            }
-            Err(error) => return (events, Err(error)),
-        }
-    }
+    let pushed = decoder.push_all(bytes, |_, event| events.push(event));
+    (events, pushed.and_then(|()| decoder.finish()))
 }
 
 /// Start of every record header.
@@ -359,7 +390,7 @@ fn lz4(payload: &[u8]) -> Vec<u8> {
     block
 }
 
-/// Replaces a record's payload (uncompressed) and mends its checksums, so that only the content is
+/// Replaces a record's payload (uncompressed) and recomputes its checksums, so that only the content is
 /// wrong.
 pub fn with_payload(bytes: &[u8], at: usize, change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut h = header(bytes, at);

@@ -45,7 +45,7 @@ pub fn volume_track(id: u32, volume: Volume) -> Track {
 
 /// One volume as a server keeps it.
 #[derive(Clone)]
-pub struct Room {
+pub struct VolumeFixture {
     pub track: Track,
     pub volume: Volume,
     pub base: Vec<Probe>,
@@ -54,9 +54,9 @@ pub struct Room {
     pub send_visibility: bool,
 }
 
-impl Room {
-    pub fn new(id: u32, volume: Volume) -> Room {
-        Room {
+impl VolumeFixture {
+    pub fn new(id: u32, volume: Volume) -> VolumeFixture {
+        VolumeFixture {
             track: volume_track(id, volume),
             volume,
             base: vec![Probe::ABSENT; volume.count()],
@@ -159,7 +159,7 @@ pub struct ShownVolume {
     pub visibility: Option<Vec<u8>>,
 }
 
-pub fn shown_volume(decoder: &Decoder, live: &LiveTrack) -> ShownVolume {
+pub fn shown_volume(decoder: &Decoder, live: &TrackState) -> ShownVolume {
     let state = decoder.probes();
     ShownVolume {
         probes: state.probes_of(live).to_vec(),

@@ -9,7 +9,7 @@ pub mod entry;
 pub mod points;
 pub mod probes;
 
-use dapple_codec::{Decoder, LiveTrack, Model};
+use dapple_codec::{Decoder, Model, TrackState};
 use serde::{Deserialize, Serialize};
 #[cfg(feature = "generate")]
 use twox_hash::XxHash64;
@@ -26,7 +26,7 @@ pub trait ModelVectors {
     fn dump_parameters(&self, track: u32, out: &mut String);
 
     /// Appends the lines of the content to a dump.
-    fn dump_content(&self, decoder: &Decoder, live: &LiveTrack, out: &mut String);
+    fn dump_content(&self, decoder: &Decoder, live: &TrackState, out: &mut String);
 
     /// The numbers that answer a query line, of which `words` follow the track.
     ///
@@ -36,7 +36,7 @@ pub trait ModelVectors {
         &self,
         samplers: &Samplers,
         decoder: &Decoder,
-        live: &LiveTrack,
+        live: &TrackState,
         words: &str,
     ) -> Result<Vec<f32>, NoAnswer>;
 }

@@ -3,7 +3,7 @@
 use super::{Args, Method};
 use crate::cli::args::Rate;
 use crate::cli::stream;
-use crate::codec::{Model, TickRate};
+use crate::codec::{ModelKind, TickRate};
 use crate::points::client::Client;
 use crate::scene::Scene;
 use crate::{Error, Result, files};
@@ -95,11 +95,11 @@ impl StreamFrame {
     /// `Invalid` for a stream without what the method needs.
     pub fn method(&self, asked: Option<Method>, path: &Path) -> Result<Method> {
         let tracks = self.client.decoder().tracks();
-        let has = |probes: bool| {
-            let mut models = tracks.iter().map(|live| live.track.model);
-            models.any(|model| matches!(model, Model::Probes(_)) == probes)
+        let has = |kind| {
+            let mut kinds = tracks.iter().map(|live| live.track.model.kind());
+            kinds.any(|of_track| of_track == kind)
         };
-        let (points, probes) = (has(false), has(true));
+        let (points, probes) = (has(ModelKind::Points), has(ModelKind::Probes));
         let refuse = |what: &str| Err(Error::Invalid(format!("{}: {what}", stream::name(path))));
         match asked {
             Some(Method::Points) if !points && probes => {

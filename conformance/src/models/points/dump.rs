@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use dapple_codec::LiveTrack;
+use dapple_codec::TrackState;
 use dapple_codec::points::{EMPTY, Grid, State};
 
 use crate::text::floats;
@@ -22,7 +22,7 @@ pub fn parameters(id: u32, grid: &Grid, out: &mut String) {
 }
 
 /// Each bucket that names a cell, with the cells in its order.
-pub fn buckets(state: &State, live: &LiveTrack, grid: &Grid, out: &mut String) {
+pub fn buckets(state: &State, live: &TrackState, grid: &Grid, out: &mut String) {
     let digits = grid.widths.bits() as usize / 4;
     for (index, bucket) in state.buckets_of(live).iter().enumerate() {
         if bucket.0[0] == EMPTY {

@@ -14,7 +14,7 @@ pub mod queries;
 pub mod writer;
 
 use dapple_codec::points::Grid;
-use dapple_codec::{Decoder, LiveTrack};
+use dapple_codec::{Decoder, TrackState};
 
 use super::{ModelVectors, NoAnswer, Samplers};
 
@@ -27,7 +27,7 @@ impl ModelVectors for Grid {
         dump::parameters(track, self, out);
     }
 
-    fn dump_content(&self, decoder: &Decoder, live: &LiveTrack, out: &mut String) {
+    fn dump_content(&self, decoder: &Decoder, live: &TrackState, out: &mut String) {
         dump::buckets(decoder.points(), live, self, out);
     }
 
@@ -35,7 +35,7 @@ impl ModelVectors for Grid {
         &self,
         samplers: &Samplers,
         decoder: &Decoder,
-        live: &LiveTrack,
+        live: &TrackState,
         words: &str,
     ) -> Result<Vec<f32>, NoAnswer> {
         queries::answer(samplers.points, decoder, live, words)

@@ -1,12 +1,12 @@
 //! Queries of `points`: AO at a position with a normal.
 
-use dapple_codec::{Decoder, LiveTrack};
+use dapple_codec::{Decoder, TrackState};
 use serde::{Deserialize, Serialize};
 
 use crate::models::{ModelQuery, NoAnswer, POSITION_UNIT, integers, unit};
 
 /// AO at a grid-space position (metres) with a unit normal on a track.
-pub type Sampler = fn(&Decoder, &LiveTrack, [f32; 3], [f32; 3]) -> f32;
+pub type Sampler = fn(&Decoder, &TrackState, [f32; 3], [f32; 3]) -> f32;
 
 /// A look-up of AO.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +37,7 @@ impl ModelQuery for PointsQuery {
 pub fn answer(
     sampler: Option<Sampler>,
     decoder: &Decoder,
-    live: &LiveTrack,
+    live: &TrackState,
     words: &str,
 ) -> Result<Vec<f32>, NoAnswer> {
     let &[x, y, z, nx, ny, nz] = integers(words)?.as_slice() else {

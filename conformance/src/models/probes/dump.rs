@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::hash::Hasher as _;
 
-use dapple_codec::LiveTrack;
+use dapple_codec::TrackState;
 use dapple_codec::probes::{CODES, Coding, State, Steps, Volume};
 use twox_hash::XxHash64;
 
@@ -29,7 +29,7 @@ pub fn parameters(id: u32, volume: &Volume, out: &mut String) {
 }
 
 /// Each present probe with its codes, and digests of what a client sees.
-pub fn probes(state: &State, live: &LiveTrack, volume: &Volume, out: &mut String) {
+pub fn probes(state: &State, live: &TrackState, volume: &Volume, out: &mut String) {
     let id = live.track.id;
     for (index, probe) in state.probes_of(live).iter().enumerate() {
         if probe.level == 0 {

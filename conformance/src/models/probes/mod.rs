@@ -18,7 +18,7 @@ pub mod values;
 pub mod writer;
 
 use dapple_codec::probes::{Coding, Volume};
-use dapple_codec::{Decoder, LiveTrack};
+use dapple_codec::{Decoder, TrackState};
 
 use super::{ModelVectors, NoAnswer, Samplers};
 
@@ -34,7 +34,7 @@ impl ModelVectors for Volume {
         dump::parameters(track, self, out);
     }
 
-    fn dump_content(&self, decoder: &Decoder, live: &LiveTrack, out: &mut String) {
+    fn dump_content(&self, decoder: &Decoder, live: &TrackState, out: &mut String) {
         dump::probes(decoder.probes(), live, self, out);
     }
 
@@ -42,7 +42,7 @@ impl ModelVectors for Volume {
         &self,
         samplers: &Samplers,
         decoder: &Decoder,
-        live: &LiveTrack,
+        live: &TrackState,
         words: &str,
     ) -> Result<Vec<f32>, NoAnswer> {
         queries::answer(samplers.probes, decoder, live, words)

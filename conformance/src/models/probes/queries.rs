@@ -1,12 +1,12 @@
 //! Queries of `probes`: the light that a surface receives.
 
-use dapple_codec::{Decoder, LiveTrack};
+use dapple_codec::{Decoder, TrackState};
 use serde::{Deserialize, Serialize};
 
 use crate::models::{ModelQuery, NoAnswer, POSITION_UNIT, integers, unit};
 
 /// Irradiance and filtered radiance, RGB each, of a surface in a track.
-pub type Sampler = fn(&Decoder, &LiveTrack, &Surface) -> [[f32; 3]; 2];
+pub type Sampler = fn(&Decoder, &TrackState, &Surface) -> [[f32; 3]; 2];
 
 /// A surface, in grid space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +94,7 @@ impl ModelQuery for ProbesQuery {
 pub fn answer(
     sampler: Option<Sampler>,
     decoder: &Decoder,
-    live: &LiveTrack,
+    live: &TrackState,
     words: &str,
 ) -> Result<Vec<f32>, NoAnswer> {
     let surface = surface(words).ok_or(NoAnswer::NoQuery)?;
