@@ -18,6 +18,8 @@ pub mod scene;
 pub mod stream;
 #[cfg(feature = "encode")]
 pub mod trace;
+#[cfg(feature = "encode")]
+pub mod vertices;
 
 #[cfg(feature = "render")]
 pub mod files;
