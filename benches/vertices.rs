@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The error is the root mean square over points spread evenly by area over all surfaces that are
-//! not see-through, against obscurance there with 1,024 rays; points inside geometry are left out.
+//! not see-through, on their fronts, against obscurance there with 1,024 rays; points inside geometry are left out.
 //! Methods:
 //!
 //! - `least squares`: `dapple::vertices::bake`.
@@ -16,10 +16,10 @@
 //!
 //! Times are by the clock, all threads; `per million` divides by the vertices of all instances.
 
-use dapple::obscurance::{Gather, HALF_DISTANCES, Kernel, Obscurance};
+use dapple::obscurance::{Gather, Obscurance};
 use dapple::scene::{Pose, Scene};
 use dapple::trace::Tracer;
-use dapple::vertices::{self, Sampling, Settings, Shape, Site, baseline, place};
+use dapple::vertices::{self, Settings, Shape, Site, baseline, place};
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
@@ -227,7 +227,6 @@ fn points(scene: &Scene, shapes: &[Shape], count: usize) -> Vec<(usize, Site)> {
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
-        let back = random.unit() < 0.5 && scene.is_double_sided(instance, t);
         if scene.alpha_is_hole(scene.instances[instance].mesh, t, u, v) {
             continue;
         }
@@ -237,7 +236,6 @@ fn points(scene: &Scene, shapes: &[Shape], count: usize) -> Vec<(usize, Site)> {
                 triangle: t as u32,
                 u,
                 v,
-                back,
                 area: 0.0,
                 seed: (random.unit() * 4e9) as u32,
             },

@@ -4,19 +4,18 @@ use super::fill::fill;
 use super::shape::Shape;
 use super::{Sample, Site};
 use crate::obscurance::Obscurance;
-use crate::scene::{Pose, Scene};
+use crate::scene::Pose;
 
 /// How far a corner's sample is moved from the corner towards the middle of its triangle, as a
 /// share of the way: at the corner itself rays would start in whatever touches it.
 const INSET: f32 = 0.02;
 
 /// Places of the corners of all triangles that receive samples, three a triangle.
-pub fn corners(scene: &Scene, instance: usize, shape: &Shape) -> Vec<Site> {
+pub fn corners(instance: usize, shape: &Shape) -> Vec<Site> {
     let triangles = (0..shape.triangles.len()).filter(|&t| shape.receives[t]);
     triangles
         .flat_map(|t| {
             let shift = super::place::mix((instance as u64) << 32 | t as u64);
-            let double_sided = scene.is_double_sided(instance, t);
             (0..3).map(move |corner| {
                 let mut weights = [INSET / 3.0; 3];
                 weights[corner] = 1.0 - 2.0 * INSET / 3.0;
@@ -24,7 +23,6 @@ pub fn corners(scene: &Scene, instance: usize, shape: &Shape) -> Vec<Site> {
                     triangle: t as u32,
                     u: weights[1],
                     v: weights[2],
-                    back: double_sided && (corner as u64 ^ shift) & 1 == 1,
                     area: shape.areas[t] / 3.0,
                     seed: (shift as u32).wrapping_add(corner as u32),
                 }
@@ -42,7 +40,7 @@ pub fn at_vertices(
     shape: &Shape,
 ) -> Vec<Vec<f64>> {
     let signals = obscurance.kernels().len();
-    let sites = corners(obscurance.scene(), instance, shape);
+    let sites = corners(instance, shape);
     let gathers = super::trace(obscurance, pose, instance, &sites);
     let valid = sites.iter().zip(&gathers).enumerate();
     let valid = valid.filter(|(_, (_, gather))| gather.is_valid());

@@ -29,8 +29,8 @@ pub struct FitReport {
     pub parts: usize,
     /// At 0 or 1, summed over the signals.
     pub at_bounds: usize,
-    /// Parts that were not solved exactly, summed over the signals: the bounds were approached by
-    /// descent ([`bounded`]).
+    /// Parts whose bounded minimum was not reached in the steps allowed ([`bounded`]), summed over the
+    /// signals.
     pub inexact: usize,
     /// Parts that were too entangled to solve and have the mean of the samples about each vertex.
     pub averaged: usize,
@@ -111,7 +111,7 @@ fn solve_part(matrix: &Symmetric, positions: &[DVec3], rights: Vec<Vec<f64>>) ->
             Some(factor) => {
                 let bounded = bounded::solve(matrix, &tree, factor, &right);
                 part.at_bounds += bounded.at_bounds;
-                part.inexact += usize::from(!bounded.is_exact);
+                part.inexact += usize::from(!bounded.is_exact());
                 bounded.x
             }
             None => {

@@ -10,7 +10,9 @@
 //! slope = (f_k - (1 - t) f_i - t f_j) / h        GD = (A1 + A2) (slope1 + slope2)
 //! ```
 //!
-//! It is zero for every function that is linear once the surface is unrolled.
+//! It is zero for every function that is linear once the surface is unrolled. Two things differ
+//! from the paper, [`AREA_RATIO`] and [`Hinge::weight`]; between flat triangles of about equal area and
+//! no less than half as high as their edge is long neither has an effect.
 
 use super::shape::Shape;
 use glam::DVec3;
@@ -30,8 +32,14 @@ pub struct Hinge {
     pub variables: [u32; 4],
     /// Of GD, in metres.
     pub coefficients: [f64; 4],
-    /// 1 for a flat hinge, 0 for one that is bent by a right angle or more: light changes where a
-    /// surface is folded, and smoothing across would wash the fold out.
+    /// Between 0 and 1, a product of two factors.
+    ///
+    /// The squared cosine of the fold, 0 beyond a right angle: light changes where a surface is
+    /// folded, and smoothing across would wash the fold out.
+    ///
+    /// Twice the lesser height over the length of the edge, at most 1. By GD alone the bend across
+    /// strips that are a hundred times as long as wide, as on a pole, weighs a hundred times as much
+    /// against their samples as that of a square mesh: all around the pole would get one value.
     pub weight: f64,
 }
 
@@ -89,6 +97,9 @@ fn hinge(shape: &Shape, a: &Edge, b: &Edge, share: f64) -> Option<Hinge> {
     let (slope_a, slope_b) = (slope(i, j, at(a.opposite)), slope(i, j, at(b.opposite)));
     let (area_a, area_b) = (shape.areas[ta], shape.areas[tb]);
     let area = (area_a + area_b).min(AREA_RATIO * area_a.min(area_b));
+    // The slopes' last coefficients are one over the heights.
+    let height = 1.0 / slope_a[2].max(slope_b[2]);
+    let aspect = (2.0 * height / i.distance(j)).min(1.0);
     Some(Hinge {
         variables: [a.ends[0], a.ends[1], a.opposite, b.opposite],
         coefficients: [
@@ -97,7 +108,7 @@ fn hinge(shape: &Shape, a: &Edge, b: &Edge, share: f64) -> Option<Hinge> {
             area * slope_a[2],
             area * slope_b[2],
         ],
-        weight: share * fold * fold,
+        weight: share * fold * fold * aspect,
     })
 }
 

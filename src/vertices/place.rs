@@ -30,8 +30,6 @@ pub struct Site {
     /// Barycentric weights of the second and third corner.
     pub u: f32,
     pub v: f32,
-    /// On the back of a double-sided triangle.
-    pub back: bool,
     /// Square metres that it stands for.
     pub area: f64,
     /// Picks its rays.
@@ -45,19 +43,18 @@ impl Site {
         [1.0 - u - v, u, v]
     }
 
+    /// The surface there, on the front of its triangle.
     pub fn surface(&self, scene: &Scene, pose: &Pose, instance: usize) -> Surface {
-        let surface = scene.surface(pose, instance, self.triangle as usize, self.u, self.v);
-        if self.back {
-            surface.flipped()
-        } else {
-            surface
-        }
+        scene.surface(pose, instance, self.triangle as usize, self.u, self.v)
     }
 }
 
 /// The samples of an instance, face by face. Those of a face form a lattice that is shifted by a
-/// number of its own; double-sided faces take theirs on both sides in turn. None lie in the holes of
-/// MASK materials, whose area nothing stands for.
+/// number of its own. None lie in the holes of MASK materials, whose area nothing stands for.
+///
+/// All are on the front, by the winding, also on double-sided faces: a vertex has one value for both
+/// sides. Exporters mark closed bodies and the walls of rooms double-sided, and a mean with what the other
+/// side sees, the outside of a room, would be right for neither.
 ///
 /// Deterministic: a face keeps its samples whatever else is in the scene before it.
 pub fn place(scene: &Scene, instance: usize, shape: &Shape, sampling: Sampling) -> Vec<Site> {
@@ -70,7 +67,6 @@ pub fn place(scene: &Scene, instance: usize, shape: &Shape, sampling: Sampling) 
         let wanted = (area * sampling.density).ceil();
         let count = (wanted as u32).clamp(1, sampling.max_per_face.max(1));
         let material = scene.material_of(instance, t);
-        let double_sided = material.is_some_and(|m| m.double_sided);
         let masked = material.is_some_and(|m| matches!(m.alpha, Alpha::Mask { .. }));
         let shift = mix((instance as u64) << 32 | t as u64);
         for k in 0..count {
@@ -82,7 +78,6 @@ pub fn place(scene: &Scene, instance: usize, shape: &Shape, sampling: Sampling) 
                 triangle: t as u32,
                 u,
                 v,
-                back: double_sided && (k ^ shift as u32) & 1 == 1,
                 area: area / f64::from(count),
                 seed: (shift as u32).wrapping_add(k),
             });
