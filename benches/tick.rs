@@ -14,10 +14,12 @@
 //! its own.
 
 use dapple::codec::{Compression, Limits, TickRate};
+use dapple::models::ModelOptions;
 use dapple::points::place::Density;
 use dapple::points::server::{Options, Server, Tick};
 use dapple::scene::{Instance, Node, Scene};
 use dapple::stream::{Job, Stream, View};
+use dapple::world::World;
 use glam::{Mat4, Vec3};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -86,15 +88,14 @@ fn still(scene: &Scene, options: Options) {
         false => View::Camera(0),
     };
     let job = Job {
-        points: Some(Options {
+        models: vec![ModelOptions::Points(Options {
             visibility: true,
             density: Density {
                 candidates: 16.0,
                 thinning: 2.0,
             },
             ..options
-        }),
-        probes: None,
+        })],
         view,
         frames: TICKS + 2,
         rate: TickRate::default(),
@@ -125,21 +126,32 @@ fn still(scene: &Scene, options: Options) {
     );
 }
 
+/// One tick.
+struct Measured {
+    time: Duration,
+    tick: Tick,
+    pose_time: Duration,
+    update_time: Duration,
+}
+
 /// One scene under measurement.
 struct Run<'s> {
     name: &'static str,
-    server: Server<'s>,
+    world: World<'s>,
+    server: Server,
     points: usize,
-    ticks: Vec<(Duration, Tick)>,
+    ticks: Vec<Measured>,
 }
 
 impl<'s> Run<'s> {
     fn new(name: &'static str, scene: &'s Scene, options: Options) -> Run<'s> {
-        let mut server = Server::new(scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let world = World::new(scene, 0.0);
+        let mut server = Server::new(&world, options).expect("a server");
+        server.start(&world, &mut |_, _| {});
         let points = server.tracks().iter().map(|t| t.points()).sum();
         Run {
             name,
+            world,
             server,
             points,
             ticks: Vec::new(),
@@ -148,15 +160,20 @@ impl<'s> Run<'s> {
 
     fn tick(&mut self, time: f64) {
         let clock = Instant::now();
-        let tick = self.server.tick(time, None);
+        let tick = self.server.advance(&mut self.world, time);
         let time = clock.elapsed();
         for track in self.server.tracks_mut() {
             track.store.take_dirty();
         }
-        self.ticks.push((time, tick));
+        self.ticks.push(Measured {
+            time,
+            tick,
+            pose_time: self.world.pose_time(),
+            update_time: self.world.update_time(),
+        });
     }
 
-    fn median(&self, of: impl Fn(&(Duration, Tick)) -> Duration) -> f64 {
+    fn median(&self, of: impl Fn(&Measured) -> Duration) -> f64 {
         median(&mut self.ticks.iter().map(of).collect::<Vec<_>>())
     }
 }
@@ -185,33 +202,33 @@ fn doubled(scene: &Scene, options: Options, ticks: usize) {
         "             instances     points   traced    pose  update  select   trace   store    tick"
     );
     for run in &runs {
-        let mut traced: Vec<usize> = run.ticks.iter().map(|(_, t)| t.traced_points).collect();
+        let mut traced: Vec<usize> = run.ticks.iter().map(|t| t.tick.traced_points).collect();
         traced.sort_unstable();
         println!(
             "{:12} {:9}  {:9}  {:7} {:7.3} {:7.3} {:7.3} {:7.3} {:7.3} {:7.3}",
             run.name,
-            run.server.scene().instances.len(),
+            run.world.scene().instances.len(),
             run.points,
             traced[traced.len() / 2],
-            run.median(|(_, t)| t.pose_time),
-            run.median(|(_, t)| t.update_time),
-            run.median(|(_, t)| t.select_time),
-            run.median(|(_, t)| t.trace_time),
-            run.median(|(_, t)| t.store_time),
-            run.median(|(time, _)| *time),
+            run.median(|t| t.pose_time),
+            run.median(|t| t.update_time),
+            run.median(|t| t.tick.select_time),
+            run.median(|t| t.tick.trace_time),
+            run.median(|t| t.tick.store_time),
+            run.median(|t| t.time),
         );
     }
-    let total = |run: &Run| run.median(|(time, _)| *time);
+    let total = |run: &Run| run.median(|t| t.time);
     let same = runs[0]
         .ticks
         .iter()
         .zip(&runs[2].ticks)
-        .all(|(a, b)| a.1.traced_points == b.1.traced_points);
+        .all(|(a, b)| a.tick.traced_points == b.tick.traced_points);
     // Pairs of the same tick: what slows the machine down for a while slows both.
     let paired = |run: &Run| {
         let pairs = run.ticks.iter().zip(&runs[0].ticks);
         let mut ratios: Vec<f64> = pairs
-            .map(|(a, b)| a.0.as_secs_f64() / b.0.as_secs_f64())
+            .map(|(a, b)| a.time.as_secs_f64() / b.time.as_secs_f64())
             .collect();
         ratios.sort_unstable_by(f64::total_cmp);
         ratios[ratios.len() / 2]

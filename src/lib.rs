@@ -7,9 +7,12 @@
 pub mod error;
 pub mod points;
 pub mod probes;
+pub mod rng;
 
 #[cfg(feature = "encode")]
 pub mod limits;
+#[cfg(feature = "encode")]
+pub mod models;
 #[cfg(feature = "encode")]
 pub mod obscurance;
 #[cfg(feature = "encode")]
@@ -20,6 +23,8 @@ pub mod stream;
 pub mod trace;
 #[cfg(feature = "encode")]
 pub mod vertices;
+#[cfg(feature = "encode")]
+pub mod world;
 
 #[cfg(feature = "render")]
 pub mod files;

@@ -3,16 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use crate::tiny::{self, Tiny, cuboid, floor, growing_cuboid};
+use crate::tiny::{self, Served, Tiny, cuboid, floor, growing_cuboid};
 use dapple::codec::container::HEADER_BYTES;
 use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths};
 use dapple::codec::{Compression, Limits, StateDigest, TickRate};
+use dapple::models::ModelOptions;
 use dapple::points::client::Client;
 use dapple::points::place::Density;
-use dapple::points::rng::Rng;
 use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::{Options, Server, Space};
+use dapple::points::source::{self, Source};
 use dapple::points::store::Overflow;
+use dapple::rng::Rng;
 use dapple::scene::{ChannelValues, Interpolation, Scene};
 use dapple::stream::{Job, Report, Stream, View};
 use glam::{Quat, Vec3};
@@ -37,8 +39,7 @@ fn exact(candidates: f32) -> Options {
 
 fn job(options: Options, view: View, frames: usize, hz: u32) -> Job {
     Job {
-        points: Some(options),
-        probes: None,
+        models: vec![ModelOptions::Points(options)],
         view,
         frames,
         rate: TickRate {
@@ -58,6 +59,11 @@ fn encode(scene: &Scene, job: Job) -> (Vec<u8>, Report) {
     while stream.next_frame(&mut bytes).expect("a frame").is_some() {}
     let report = stream.finish(&mut bytes).expect("finished");
     (bytes, report)
+}
+
+/// The part of a report that is of points.
+fn points(report: &Report) -> source::Report {
+    report.models.points.expect("points")
 }
 
 /// Scenes that move in all ways there are, with a density that gives a few thousand points.
@@ -127,18 +133,18 @@ fn count(words: &Words) -> usize {
 }
 
 /// Every point traced afresh at the server's present pose.
-fn afresh<'s>(server: &Server<'s>) -> Server<'s> {
-    let mut fresh = server.fork();
-    fresh.start(&mut |_, _| {});
+fn afresh(server: &Served) -> Server {
+    let mut fresh = server.server.clone();
+    fresh.start(&server.world, &mut |_, _| {});
     fresh
 }
 
 /// Points of each track whose word differs between two servers of the same scene and options.
-fn differing(a: &Server, b: &Server) -> Vec<(String, usize)> {
+fn differing(a: &Served, b: &Server) -> Vec<(String, usize)> {
     let names = a
         .tracks()
         .iter()
-        .map(|t| a.scene().instances[t.instance].name.clone());
+        .map(|t| a.world.scene().instances[t.instance].name.clone());
     let pairs = state(a).into_iter().zip(state(b));
     let differ = pairs.map(|(a, b)| {
         let keys: BTreeSet<u32> = a.keys().chain(b.keys()).copied().collect();
@@ -279,7 +285,8 @@ mod the_client {
     }
 
     fn assert_same(client: &Client, stream: &Stream, frame: usize) {
-        let (decoder, server) = (client.decoder(), stream.points().expect("points"));
+        let (decoder, source) = (client.decoder(), stream.source::<Source>());
+        let server = source.expect("points").server();
         assert_eq!(decoder.last_frame().map(|f| f.0), Some(frame as u32));
         let (_, time) = client.last_frame().expect("a frame");
         assert!((time - stream.time()).abs() < 1e-9);
@@ -295,7 +302,8 @@ mod the_client {
                 "{} differs in frame {frame}",
                 live.track.target.path
             );
-            let world = server.pose().world_from_mesh[track.instance] * track.mesh_from_grid();
+            let world =
+                stream.world().pose().world_from_mesh[track.instance] * track.mesh_from_grid();
             let transform = live.transform.expect("a transform");
             let sent = transform
                 .world_from_grid
@@ -349,15 +357,16 @@ mod the_client {
             };
             let report = follows(&hall, job);
             assert!(
-                report.changed_points > 1000 && report.bytes_keyframes > 0,
+                points(&report).changed_points > 1000 && report.bytes_keyframes > 0,
                 "{report:?}"
             );
             assert_eq!(report.frames, 12);
-            let rays = report.points as u64 * 16;
+            let points = points(&report);
+            let rays = points.points as u64 * 16;
             match min_ao {
-                0 => assert_eq!(report.rays_startup, rays),
+                0 => assert_eq!(points.rays_startup, rays),
                 // Dark points are traced near by as well.
-                _ => assert!((rays..2 * rays).contains(&report.rays_startup)),
+                _ => assert!((rays..2 * rays).contains(&points.rays_startup)),
             }
         }
     }
@@ -384,10 +393,11 @@ mod the_client {
                     ..job(options, view, 6, 7)
                 },
             );
-            let dropped = report.dropped_points;
+            let points = points(&report);
+            let dropped = points.dropped_points;
             match name {
-                "skinned_tentacles" => assert!(dropped < report.points as u64, "{report:?}"),
-                _ => assert_eq!((dropped, report.dropped_cells), (0, 0), "{report:?}"),
+                "skinned_tentacles" => assert!(dropped < points.points as u64, "{report:?}"),
+                _ => assert_eq!((dropped, points.dropped_cells), (0, 0), "{report:?}"),
             }
         }
     }
@@ -424,8 +434,8 @@ mod only_what_movers_reach_is_traced {
     /// Ticks through `times`; after each, tracing every point afresh must change nothing. Returns
     /// points traced and points that there are, summed over the ticks.
     fn holds(scene: &Scene, options: Options, times: impl Iterator<Item = f64>) -> (usize, usize) {
-        let mut server = Server::new(scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(scene, options);
+        server.start();
         let all: usize = server.tracks().iter().map(|t| t.points()).sum();
         let mut sum = (0, 0);
         for time in times {
@@ -553,8 +563,8 @@ mod only_what_movers_reach_is_traced {
             rays: 64,
             ..exact(1024.0)
         };
-        let mut server = Server::new(&tiny.0, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&tiny.0, options);
+        server.start();
         let mut shaded = 0;
         for (k, gap) in gaps.iter().enumerate() {
             server.tick(2.0 * k as f64 + 1.5, None);
@@ -574,8 +584,8 @@ mod only_what_movers_reach_is_traced {
     /// mover's own bumps shade it with other rays as it turns, and its points away from all else
     /// keep their values on purpose.
     fn holds_but_on_rigid_movers(scene: &Scene, options: Options, times: &[f64]) {
-        let mut server = Server::new(scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(scene, options);
+        server.start();
         let rigid: Vec<&str> = (0..scene.instances.len())
             .filter(|&i| scene.is_moving_instance(i) && !scene.is_deformed_instance(i))
             .map(|i| scene.instances[i].name.as_str())
@@ -635,8 +645,8 @@ mod visibility {
             visibility: true,
             ..exact(128.0)
         };
-        let mut server = Server::new(&scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&scene, options);
+        server.start();
         let before = state(&server);
         let mut waiting = 0;
         for k in 1..=20 {
@@ -670,7 +680,7 @@ mod visibility {
         };
         let job = job(options, View::Camera(1), 12, 12);
         let (bytes, report) = encode(&scene, job);
-        assert_eq!((report.rays, report.changed_points), (0, 0));
+        assert_eq!((report.rays, points(&report).changed_points), (0, 0));
         // One transform of 13 numbers in a record of its own, and the commit, a frame.
         let mut client = Client::new(&scene, Limits::default());
         let (mut at, mut frames) = (0, 0);
@@ -691,15 +701,15 @@ mod visibility {
 #[test]
 fn a_budget_is_kept_and_everything_gets_its_turn() {
     let scene = tiny::passing().0;
-    let mut free = Server::new(&scene, exact(128.0), 0.0).expect("a server");
-    free.start(&mut |_, _| {});
+    let mut free = Served::new(&scene, exact(128.0));
+    free.start();
     const BUDGET: usize = 50;
     let options = Options {
         budget: Some(BUDGET),
         ..exact(128.0)
     };
-    let mut tight = Server::new(&scene, options, 0.0).expect("a server");
-    tight.start(&mut |_, _| {});
+    let mut tight = Served::new(&scene, options);
+    tight.start();
     assert_eq!(differing(&free, &tight), []);
     let mut waiting = 0;
     for k in 1..=12 {
@@ -737,8 +747,8 @@ fn a_budget_starves_nobody() {
         budget: Some(BUDGET),
         ..exact(128.0)
     };
-    let mut server = Server::new(&tiny.0, options, 0.0).expect("a server");
-    server.start(&mut |_, _| {});
+    let mut server = Served::new(&tiny.0, options);
+    server.start();
     let first = server.tick(1.5, None);
     let reached = first.traced_points + first.waiting_points;
     assert!(reached > 10 * BUDGET, "{first:?}");
@@ -771,17 +781,15 @@ fn no_point_is_farther_from_its_value_than_the_threshold() {
     for steps in [1u32, 4, 16] {
         let threshold = steps as f32 / 255.0;
         let server = |threshold| {
-            let mut server = Server::new(
+            let mut server = Served::new(
                 &scene,
                 Options {
                     threshold,
                     rays: 128,
                     ..exact(128.0)
                 },
-                0.0,
-            )
-            .expect("a server");
-            server.start(&mut |_, _| {});
+            );
+            server.start();
             server
         };
         let (mut held, mut truth) = (server(threshold), server(0.0));
@@ -816,8 +824,8 @@ fn covered_points_are_left_out_unless_they_are_kept() {
             min_ao,
             ..exact(4096.0)
         };
-        let mut server = Server::new(&scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&scene, options);
+        server.start();
         let points: usize = server.tracks().iter().map(|t| t.points()).sum();
         let state = state(&server);
         let dark = state
@@ -853,7 +861,7 @@ fn what_is_dropped_is_counted_and_chains_drop_nothing() {
             density,
             ..exact(1.0)
         };
-        encode(&scene, job(options, View::Camera(0), 1, 60)).1
+        points(&encode(&scene, job(options, View::Camera(0), 1, 60)).1)
     };
     let (chain, drop) = (report(Overflow::Chain), report(Overflow::Drop));
     assert_eq!((chain.dropped_points, chain.dropped_cells), (0, 0));
@@ -870,9 +878,9 @@ fn what_is_dropped_is_counted_and_chains_drop_nothing() {
             density,
             ..exact(1.0)
         };
-        Server::new(&scene, options, 0.0).expect("a server")
+        Served::new(&scene, options)
     };
-    server.start(&mut |_, _| {});
+    server.start();
     let stored: usize = state(&server).iter().map(count).sum();
     assert_eq!(stored as u64 + drop.dropped_points, drop.points as u64);
 }
@@ -890,11 +898,14 @@ fn no_floor_collapses_the_hash() {
         };
         let report = encode(&tiny.0, job(options, View::Camera(0), 1, 60)).1;
         assert_eq!(
-            (report.dropped_points, report.dropped_cells),
+            (
+                points(&report).dropped_points,
+                points(&report).dropped_cells
+            ),
             (0, 0),
             "{report:?}"
         );
-        assert!(report.cells > 50, "{report:?}");
+        assert!(points(&report).cells > 50, "{report:?}");
     }
 }
 
@@ -905,8 +916,8 @@ fn sampling_error(scene: &Scene, candidates: f32) -> f64 {
         min_ao: 1,
         ..exact(candidates)
     };
-    let mut server = Server::new(scene, options, 0.0).expect("a server");
-    server.start(&mut |_, _| {});
+    let mut server = Served::new(scene, options);
+    server.start();
     let mut rng = Rng::new(9);
     let (mut sum, mut samples) = (0.0, 0);
     for track in server.tracks() {
@@ -917,14 +928,14 @@ fn sampling_error(scene: &Scene, candidates: f32) -> f64 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
             let at = scene.surface(
-                server.pose(),
+                server.world.pose(),
                 track.instance,
                 k % mesh.triangles.len(),
                 u,
                 v,
             );
             let (p, n) = (at.position, at.normal);
-            let truth = server.tracer().ambient_occlusion(
+            let truth = server.world.tracer().ambient_occlusion(
                 p,
                 at.geometric_normal,
                 n,

@@ -1,13 +1,14 @@
 //! Where points are placed, and which are left out: small and flat things, things that grow, and thin
 //! layers.
 
-use crate::tiny::{Tiny, cuboid, floor};
+use crate::tiny::{Served, Tiny, cuboid, floor};
 use dapple::codec::Limits;
+use dapple::models::ModelOptions;
 use dapple::points::client::Client;
 use dapple::points::place::Density;
-use dapple::points::rng::Rng;
 use dapple::points::sample::{Fallback, sample, to_grid};
-use dapple::points::server::{Options, Server};
+use dapple::points::server::Options;
+use dapple::rng::Rng;
 use dapple::scene::{ChannelValues, Interpolation, Scene};
 use glam::{Quat, Vec3};
 
@@ -22,8 +23,8 @@ fn options(scene: &Scene) -> Options {
 
 /// Sampled minus ray-traced AO at random places of an instance that are seen from outside: those that
 /// lie in no other body.
-fn errors(server: &Server, instance: usize, seen: impl Fn(Vec3) -> bool) -> Vec<f32> {
-    let scene = server.scene();
+fn errors(server: &Served, instance: usize, seen: impl Fn(Vec3) -> bool) -> Vec<f32> {
+    let scene = server.world.scene();
     let track = server
         .tracks()
         .iter()
@@ -37,11 +38,11 @@ fn errors(server: &Server, instance: usize, seen: impl Fn(Vec3) -> bool) -> Vec<
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
-        let at = scene.surface(server.pose(), instance, k % triangles, u, v);
+        let at = scene.surface(server.world.pose(), instance, k % triangles, u, v);
         if !seen(at.position) {
             continue;
         }
-        let truth = server.tracer().ambient_occlusion(
+        let truth = server.world.tracer().ambient_occlusion(
             at.position,
             at.geometric_normal,
             at.normal,
@@ -94,8 +95,8 @@ fn ao_is_as_good_in_any_unit() {
     let mut last = None;
     for unit in [1.0, 0.01, 0.001, 1000.0] {
         let scene = still_life(unit);
-        let mut server = Server::new(&scene, options(&scene), 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&scene, options(&scene));
+        server.start();
         let points: usize = server.tracks().iter().map(|t| t.points()).sum();
         assert!(
             (2_000..1_500_000).contains(&points),
@@ -116,7 +117,7 @@ fn small_objects_have_points_on_all_sides() {
     tiny.place("floor", floor(3.0), Vec3::ZERO);
     tiny.place("speck", cuboid(Vec3::splat(0.01)), Vec3::Y * 0.3);
     let scene = tiny.0;
-    let server = Server::new(&scene, options(&scene), 0.0).expect("a server");
+    let server = Served::new(&scene, options(&scene));
     let points = server.tracks()[1].points();
     assert!((60..=70).contains(&points), "{points}");
     let given = Options {
@@ -127,7 +128,7 @@ fn small_objects_have_points_on_all_sides() {
         fitted: false,
         ..options(&scene)
     };
-    let server = Server::new(&scene, given, 0.0).expect("a server");
+    let server = Served::new(&scene, given);
     assert_eq!(server.tracks()[1].points(), 2);
 }
 
@@ -143,18 +144,18 @@ fn an_object_that_grows_has_the_points_of_its_largest_pose() {
             values: ChannelValues::Scale(vec![Vec3::ZERO, Vec3::ONE, Vec3::ONE]),
         });
         let still = still_life(1.0);
-        let wanted = Server::new(&still, options(&still), 0.0).expect("a server");
+        let wanted = Served::new(&still, options(&still));
         let options = Options {
             threshold: 0.0,
             ..options(&scene)
         };
-        let mut server = Server::new(&scene, options, 0.0).expect("a server");
+        let mut server = Served::new(&scene, options);
         assert_eq!(
             server.tracks()[1].points(),
             wanted.tracks()[1].points(),
             "{interpolation:?}"
         );
-        server.start(&mut |_, _| {});
+        server.start();
         // Its own AO changes with its size, wherever the floor is.
         server.tick(1.0, None);
         for instance in [0, 1] {
@@ -166,10 +167,7 @@ fn an_object_that_grows_has_the_points_of_its_largest_pose() {
             span: 0.5,
             ..options
         };
-        let shown = Server::new(&scene, short, 0.0)
-            .expect("a server")
-            .tracks()
-            .len();
+        let shown = Served::new(&scene, short).tracks().len();
         assert_eq!(
             shown,
             if interpolation == Interpolation::Step {
@@ -198,8 +196,8 @@ fn what_is_flattened_has_points_and_casts_ao() {
             tiny.0.nodes[flat].scale = flattened;
         }
         let scene = tiny.0;
-        let mut server = Server::new(&scene, options(&scene), 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&scene, options(&scene));
+        server.start();
         server.tick(1.0, None);
         // Its upper side, which closes the lower side of the box.
         let below = |p: Vec3| p.y.abs() < 1e-6 && p.x.abs().max(p.z.abs()) < 1.0;
@@ -209,17 +207,20 @@ fn what_is_flattened_has_points_and_casts_ao() {
             "{animated}: {}",
             rms(&found)
         );
-        let closed =
-            server
-                .tracer()
-                .ambient_occlusion(Vec3::Y * 0.01, Vec3::NEG_Y, Vec3::NEG_Y, 64, 0.6, 1);
+        let closed = server.world.tracer().ambient_occlusion(
+            Vec3::Y * 0.01,
+            Vec3::NEG_Y,
+            Vec3::NEG_Y,
+            64,
+            0.6,
+            1,
+        );
         assert_eq!(closed, 0.0, "{animated}");
 
         // The stream of it is one that decoders take.
         let job = dapple::stream::Job {
-            points: Some(options(&scene)),
-            probes: None,
-            view: dapple::stream::View::Fixed(scene.framing_camera(server.pose())),
+            models: vec![ModelOptions::Points(options(&scene))],
+            view: dapple::stream::View::Fixed(scene.framing_camera(server.world.pose())),
             frames: 2,
             rate: dapple::codec::TickRate {
                 numerator: 1,
@@ -251,8 +252,8 @@ fn thin_layers_darken_nothing_beside_them() {
             rays: 128,
             ..options(&scene)
         };
-        let mut server = Server::new(&scene, options, 0.0).expect("a server");
-        server.start(&mut |_, _| {});
+        let mut server = Served::new(&scene, options);
+        server.start();
         // What can be seen from above.
         let found = errors(&server, 0, |p| p.x.abs().max(p.z.abs()) > 0.4 + height);
         let darkest = found.iter().copied().fold(0.0, f32::min);
@@ -267,8 +268,8 @@ fn contact_shadows_keep_their_depth() {
         rays: 128,
         ..options(&scene)
     };
-    let mut server = Server::new(&scene, options, 0.0).expect("a server");
-    server.start(&mut |_, _| {});
+    let mut server = Served::new(&scene, options);
+    server.start();
     // A rim of 2 cm about the box, where half of the sky is closed.
     let found = errors(&server, 0, |p| {
         let beside = p.x.abs().max(p.z.abs());

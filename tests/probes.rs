@@ -1,13 +1,14 @@
 //! The `probes` model from the volume to the surface: light gathered at probes by rays, looked up
 //! between them, against the same light gathered at the surface itself.
 use dapple::codec::{Compression, Decoder, Event, Limits, TickRate};
-use dapple::points::rng::Rng;
-use dapple::probes::content::Request;
+use dapple::models::ModelOptions;
 use dapple::probes::lattice::Lattice;
 use dapple::probes::sample::{Field, trilinear, visibility_weighted};
 use dapple::probes::server::{Draw, Hysteresis, IncomingRadiance, Nearest, Options, Server};
 use dapple::probes::sh::{self, L2};
+use dapple::probes::source::Request;
 use dapple::probes::volume::Volume;
+use dapple::rng::Rng;
 use dapple::scene::{Pose, Scene, Surface};
 use dapple::stream::{Job, Stream, View};
 use dapple::trace::offset::offset_origin;
@@ -258,8 +259,7 @@ fn every_frame_has_its_visibility_block() {
     };
     for (frames, keyframe_interval) in [(1, 0), (5, 2)] {
         let job = Job {
-            points: None,
-            probes: Some(request),
+            models: vec![ModelOptions::Probes(request)],
             view: View::Fixed(scene.framing_camera(&pose)),
             frames,
             rate: TickRate::default(),
@@ -272,7 +272,7 @@ fn every_frame_has_its_visibility_block() {
         let mut stream = Stream::start(&scene, job, &mut bytes, &mut |_, _| {}).expect("a stream");
         while stream.next_frame(&mut bytes).expect("a frame").is_some() {}
         let report = stream.finish(&mut bytes).expect("a report");
-        let probes = report.probes.expect("of probes");
+        let probes = report.models.probes.expect("of probes");
         assert!(probes.bytes_first > 0);
         assert_eq!(probes.bytes_visibility, 18 * 2 * 256);
 

@@ -9,6 +9,7 @@ use super::inputs;
 use super::limits::LimitArgs;
 use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
+use crate::models::Model;
 use crate::points::server::hidden::MIN_AO;
 use crate::render::MAX_SIDE;
 use crate::scene::{LoadOptions, Scene};
@@ -169,15 +170,6 @@ pub struct ProbesArgs {
     /// Radiance of the sky, the same from everywhere.
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", value_parser = radiance)]
     pub sky: Vec3,
-}
-
-/// A model of the format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Model {
-    /// Ambient occlusion at surface points.
-    Points,
-    /// Indirect light in a volume of probes.
-    Probes,
 }
 
 /// What is done with probes inside geometry.

@@ -3,7 +3,7 @@
 
 mod probes;
 
-use super::args::{EncodeArgs, Model, Rate, SceneArgs, ViewArgs};
+use super::args::{EncodeArgs, Rate, SceneArgs, ViewArgs};
 use super::effects::{self, Given};
 use super::output;
 use super::progress::Progress;
@@ -14,12 +14,14 @@ use crate::measure::metrics::{self, Difference};
 use crate::measure::reference::{RAYS, Reference, Score};
 use crate::measure::report::{Report, Section, save, write};
 use crate::measure::table::{Table, Value};
-use crate::points::content::declarations;
+use crate::models::{Model, ModelOptions};
 use crate::points::place::Density;
 use crate::points::server::{Options, Server};
+use crate::points::source::declarations;
 use crate::render::{Backend, Renderer};
 use crate::scene::Scene;
 use crate::stream::{Job, View};
+use crate::world::World;
 use crate::{Error, Result, files};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -128,7 +130,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     files::create_folder(&args.output)?;
     let job = args.encode.job(&scene, &args.scene.view)?;
     let points = job
-        .points
+        .points()
+        .copied()
         .unwrap_or_else(|| args.encode.options(&scene, args.scene.view.aspect()));
     let densities: Vec<f32> = match args.densities[..] {
         [] if args.encode.density.is_some() => vec![points.density.candidates],
@@ -157,15 +160,16 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
             ..points
         };
         let clock = Instant::now();
-        let mut server = Server::new(&scene, options, job.start)?;
-        check_tracks(&scene.name, &declarations(&server), &job.limits)?;
-        let startup = server.start(&mut |_, _| {});
-        let startup = (startup, clock.elapsed());
+        let world = World::new(&scene, job.start);
+        let mut server = Server::new(&world, options)?;
+        check_tracks(&scene.name, &declarations(&scene, &server, 0), &job.limits)?;
+        server.start(&world, &mut |_, _| {});
+        let startup_time = clock.elapsed();
         for &rate in &rates {
             for seat in &seats {
                 let share = rate.hz() / args.encode.fps.hz();
                 let job = Job {
-                    points: Some(options),
+                    models: vec![ModelOptions::Points(options)],
                     view: seat.view,
                     frames: ((job.frames as f64 * share).round() as usize).max(1),
                     rate: rate.into(),
@@ -176,8 +180,9 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
                     ..Playback::default()
                 };
                 let evaluation = evaluate(
-                    server.fork(),
-                    startup,
+                    World::new(&scene, job.start),
+                    server.clone(),
+                    startup_time,
                     job,
                     playback,
                     &mut renderer,
@@ -361,12 +366,13 @@ fn worse_than_none(rows: &[Row], open: &[(String, WithoutAo)]) -> Vec<String> {
 fn table(scene: &str, rows: &[Row], open: &[(String, WithoutAo)]) -> Table {
     let measured = rows.iter().map(|row| {
         let (e, s) = (&row.evaluation, &row.evaluation.stream);
+        let points = e.points();
         let ticks = s.ticks();
         vec![
             Value::Number(row.density as f64, 0),
             Value::Number(row.server_fps, 0),
             Value::Text(row.camera.clone()),
-            Value::Count(s.points as u64),
+            Value::Count(points.points as u64),
             Value::Number(s.mbps_steady, 2),
             Value::Number(s.bytes_startup as f64 * 1e-6, 2),
             Value::Number(e.picture.psnr, 2),
@@ -376,7 +382,7 @@ fn table(scene: &str, rows: &[Row], open: &[(String, WithoutAo)]) -> Table {
             Value::Number(e.ao.rmse, 4),
             Value::Number(e.reference_noise, 4),
             Value::Number(100.0 * e.without_point, 3),
-            Value::Count((s.changed_points / ticks) as u64),
+            Value::Count((points.changed_points / ticks) as u64),
             Value::Count(s.rays / ticks as u64),
             Value::Number(s.stage_ms.total(), 1),
         ]

@@ -1,6 +1,6 @@
 //! `dapple demo`: the main job from end to end, on the built-in scene unless another is named.
 
-use super::args::{EncodeArgs, Model, SceneArgs, ViewArgs};
+use super::args::{EncodeArgs, SceneArgs, ViewArgs};
 use super::effects::Given;
 use super::output;
 use super::progress::Progress;
@@ -11,8 +11,10 @@ use crate::measure::metrics::psnr_text;
 use crate::measure::reference::RAYS;
 use crate::measure::report::{Figure, Image, Report, Section, Source, write};
 use crate::measure::table::{Table, Value, grouped};
+use crate::models::Model;
 use crate::points::server::Server;
 use crate::render::{Backend, Picture, Renderer, composite};
+use crate::world::World;
 use crate::{Error, Result};
 use serde::Serialize;
 use std::io::Write;
@@ -78,7 +80,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     };
     let job = encode.job(&scene, &args.view)?;
     let options = job
-        .points
+        .points()
+        .copied()
         .unwrap_or_else(|| encode.options(&scene, args.view.aspect()));
     files::create_folder(&args.out)?;
     let (width, height) = args.view.size;
@@ -91,14 +94,15 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     };
 
     let placing = Instant::now();
-    let mut server = Server::new(&scene, options, job.start)?;
+    let world = World::new(&scene, job.start);
+    let mut server = Server::new(&world, options)?;
     let mut bar = None;
-    let tick = server.start(&mut |done, all| {
+    server.start(&world, &mut |done, all| {
         bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64))
             .at(done as u64);
     });
     drop(bar);
-    let startup = (tick, placing.elapsed());
+    let startup_time = placing.elapsed();
 
     let mut renderer = Renderer::new(&scene, Backend::Auto)?;
     let last = job.time_of(job.frames - 1);
@@ -111,8 +115,9 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let mut file = NewFile::create(&args.out.join("stream.dapple"))?;
     let bar = Progress::new("Encoding frames", job.frames as u64);
     let evaluation = evaluate(
+        world,
         server,
-        startup,
+        startup_time,
         job.clone(),
         Playback::default(),
         &mut renderer,
@@ -201,7 +206,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
          PSNR {} dB, FLIP {:.4}, AO rmse {:.4} against RTAO with {RAYS} rays; \
          {:.3} % of fragments without a point in reach\ndrawn by {}, {:.1} s in all\n",
         args.out.join("index.html").display(),
-        grouped(e.stream.points as u64),
+        grouped(e.points().points as u64),
         grouped(e.stream.bytes_startup),
         e.stream.mbps_steady,
         e.stream.fps,
@@ -228,7 +233,7 @@ fn page(
         unit: unit.into(),
         note,
     };
-    let s = &e.stream;
+    let (s, points) = (&e.stream, e.points());
     let ticks = s.ticks();
     let figures = vec![
         figure(
@@ -257,19 +262,19 @@ fn page(
         ),
         figure(
             "Points",
-            grouped(s.points as u64),
+            grouped(points.points as u64),
             "",
             format!(
                 "{} candidates, {} cells",
-                grouped(s.candidates as u64),
-                grouped(s.cells as u64)
+                grouped(points.candidates as u64),
+                grouped(points.cells as u64)
             ),
         ),
         figure(
             "Changed points",
-            grouped((s.changed_points / ticks) as u64),
+            grouped((points.changed_points / ticks) as u64),
             "a frame",
-            format!("{} traced", grouped((s.traced_points / ticks) as u64)),
+            format!("{} traced", grouped((points.traced_points / ticks) as u64)),
         ),
         figure(
             "Tick",
@@ -319,13 +324,13 @@ fn page(
                 "rate with the first keyframe (Mbit/s)",
                 Value::Number(s.mbps_with_keyframes, 3),
             ),
-            row("buckets", Value::Count(s.buckets as u64)),
-            row("cells", Value::Count(s.cells as u64)),
-            row("points dropped", Value::Count(s.dropped_points)),
-            row("cells dropped", Value::Count(s.dropped_cells)),
+            row("buckets", Value::Count(points.buckets as u64)),
+            row("cells", Value::Count(points.cells as u64)),
+            row("points dropped", Value::Count(points.dropped_points)),
+            row("cells dropped", Value::Count(points.dropped_cells)),
             row(
                 "interpolation radius (m)",
-                Value::Number(s.radius as f64, 4),
+                Value::Number(points.radius as f64, 4),
             ),
         ],
         note: String::new(),
@@ -365,7 +370,7 @@ fn page(
         subtitle: format!(
             "Scene {scene}, {} frames at {} Hz, {} points per square metre before thinning, seed {}; \
              pictures of the last frame at {width}x{height}",
-            s.frames, s.fps, s.density, s.seed
+            s.frames, s.fps, points.density, points.seed
         ),
         figures,
         sections: vec![

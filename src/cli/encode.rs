@@ -1,12 +1,13 @@
 //! `dapple encode`: runs the server on a scene and writes a stream.
 
-use super::args::{EncodeArgs, Model, SceneArgs};
+use super::args::{EncodeArgs, SceneArgs};
 use super::effects::Given;
 use super::inputs::is_dash;
 use super::output::Sink;
 use super::progress::Progress;
 use super::{job, output};
 use crate::measure::table::grouped;
+use crate::models::Model;
 use crate::stream::Report;
 use crate::{Error, Result};
 use std::path::PathBuf;
@@ -41,7 +42,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let colors = args.encode.model.contains(&Model::Probes);
     let scene = args.scene.open(colors)?;
     let job = args.encode.job(&scene, &args.scene.view)?;
-    if let Some(probes) = &job.probes {
+    if let Some(probes) = job.probes() {
         job::warn_if_dark(&scene, &probes.sky);
     }
     let mut sink = Sink::create(&args.output)?;
@@ -64,12 +65,12 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     if args.json {
         output::print_report(&report)?;
     } else {
-        output::print_about(&args.output, &summary(args, &report))?;
+        output::print_about(&args.output, &summary(&report))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn summary(args: &Args, report: &Report) -> String {
+fn summary(report: &Report) -> String {
     let mut text = format!(
         "{} frames at {} Hz, start-up {} bytes, then {:.3} Mbit/s\n",
         report.frames,
@@ -77,24 +78,24 @@ fn summary(args: &Args, report: &Report) -> String {
         grouped(report.bytes_startup),
         report.mbps_steady,
     );
-    if args.encode.model.contains(&Model::Points) {
+    if let Some(points) = &report.models.points {
         text += &format!(
             "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\
              {} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
-            output::significant(report.density.into()),
-            output::significant(report.lowest_density.into()),
-            output::significant(report.highest_density.into()),
-            output::significant(report.distance.into()),
+            output::significant(points.density.into()),
+            output::significant(points.lowest_density.into()),
+            output::significant(points.highest_density.into()),
+            output::significant(points.distance.into()),
             output::significant(report.scene_size.into()),
-            grouped(report.points as u64),
-            grouped(report.cells as u64),
-            grouped(report.dropped_points),
-            grouped((report.changed_points / report.ticks()) as u64),
+            grouped(points.points as u64),
+            grouped(points.cells as u64),
+            grouped(points.dropped_points),
+            grouped((points.changed_points / report.ticks()) as u64),
             grouped(report.rays / report.ticks() as u64),
             report.stage_ms.total(),
         );
     }
-    if let Some(probes) = &report.probes {
+    if let Some(probes) = &report.models.probes {
         let irradiance = match probes.irradiance_psnr {
             Some(psnr) => format!(" at {psnr:.1} dB of irradiance"),
             None => String::new(),

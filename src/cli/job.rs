@@ -1,14 +1,15 @@
 //! From arguments to what the library is asked for.
 
-use super::args::{self, EncodeArgs, Model, ProbesArgs, SceneArgs, ViewArgs};
+use super::args::{self, EncodeArgs, ProbesArgs, SceneArgs, ViewArgs};
 use super::progress::Progress;
 use super::{effects, output};
+use crate::models::{Model, ModelOptions};
 use crate::points::place::Density;
 use crate::points::server::{Options, Space};
 use crate::points::store::Overflow;
 use crate::probes;
-use crate::probes::content::{Packing, Request};
 use crate::probes::server::{Hysteresis, InsideGeometry};
+use crate::probes::source::{Packing, Request};
 use crate::scene::Scene;
 use crate::scene::camera::DEFAULT_YFOV;
 use crate::stream::{Job, Stream, View};
@@ -104,16 +105,16 @@ impl EncodeArgs {
             )));
         }
         let frames = self.frames.map_or(whole as usize, |f| f as usize);
-        let points = self.model.contains(&Model::Points).then(|| Options {
-            span: frames as f64 / self.fps.hz(),
-            ..self.options(scene, view.aspect())
-        });
+        let options = |model: &Model| match model {
+            Model::Points => ModelOptions::Points(Options {
+                span: frames as f64 / self.fps.hz(),
+                ..self.options(scene, view.aspect())
+            }),
+            Model::Probes => ModelOptions::Probes(self.probes.request(scene, self.seed)),
+        };
+        let models = Model::ALL.iter().filter(|model| self.model.contains(model));
         Ok(Job {
-            points,
-            probes: self
-                .model
-                .contains(&Model::Probes)
-                .then(|| self.probes.request(scene, self.seed)),
+            models: models.map(options).collect(),
             view: view.view(scene)?,
             frames,
             rate,

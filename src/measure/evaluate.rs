@@ -2,17 +2,18 @@
 
 use super::metrics::{self, Difference};
 use super::reference::{Reference, Score};
-use crate::Result;
 use crate::codec::Limits;
 use crate::points::client::Client;
 use crate::points::sample::Fallback;
-use crate::points::server::{Server, Tick};
+use crate::points::server::Server;
 use crate::render::gbuffer::Lookup;
 use crate::render::points::Counts;
 use crate::render::{Frame, Renderer};
 use crate::scene::Scene;
 use crate::stream::{Job, Report, Stream, View};
 use crate::trace::Tracer;
+use crate::world::World;
+use crate::{Result, points};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -94,22 +95,30 @@ pub struct Evaluation {
     pub last_ao: Vec<f32>,
 }
 
-/// Encodes `job` with a server that has traced its points already, decodes the bytes as a client
+impl Evaluation {
+    /// Statistics of the points in the stream.
+    pub fn points(&self) -> points::source::Report {
+        self.stream.models.points.unwrap_or_default()
+    }
+}
+
+/// Encodes `job` with a server that has traced its points already in `world`, decodes the bytes as a client
 /// would, and scores what the client shows at the times of the references. `written` gets the bytes
 /// of every frame.
 ///
 /// # Errors
 /// Whatever encoding, decoding, drawing and `written` give.
 pub fn evaluate(
+    world: World,
     server: Server,
-    startup: (Tick, Duration),
+    startup_time: Duration,
     job: Job,
     playback: Playback,
     renderer: &mut Renderer,
     references: &[Reference],
     mut written: impl FnMut(&[u8]) -> Result<()>,
 ) -> Result<Evaluation> {
-    let scene = server.scene();
+    let scene = world.scene();
     let rate = job.rate.hz();
     let (start, frames, view) = (job.start, job.frames, job.view);
     // Frame of the stream that the client shows at a reference's time.
@@ -144,7 +153,7 @@ pub fn evaluate(
 
     let mut bytes = Vec::new();
     let mut client = Client::new(scene, Limits::default());
-    let mut stream = Stream::with_points(server, startup.0, startup.1, job, &mut bytes)?;
+    let mut stream = Stream::with_points(world, server, startup_time, job, &mut bytes)?;
     let mut number = 0;
     loop {
         client.push(&bytes)?;

@@ -7,8 +7,8 @@
 use super::ddgi::{self, Ddgi};
 use super::metrics::{Difference, Values, compare_pictures};
 use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
+use crate::models::Source as _;
 use crate::probes::client::ProbesVolume;
-use crate::probes::content::{Content, Packing};
 use crate::probes::dering::{Keep, dering};
 use crate::probes::ggx;
 use crate::probes::sample::{
@@ -17,6 +17,7 @@ use crate::probes::sample::{
 };
 use crate::probes::server::{self, Server, fit};
 use crate::probes::sh::{self, L2};
+use crate::probes::source::{Packing, Source};
 use crate::probes::volume::{Volume, spiral};
 use crate::render::Picture;
 use crate::render::light::Interpolation;
@@ -262,7 +263,7 @@ pub struct DecodedVolume {
 ///
 /// # Errors
 /// Those of the codec.
-pub fn through_a_stream(content: &mut Content, packing: Packing) -> Result<DecodedVolume> {
+pub fn through_a_stream(content: &mut Source, packing: Packing) -> Result<DecodedVolume> {
     content.pack_as(packing);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;

@@ -3,9 +3,9 @@
 use super::metrics::{Difference, Field, Values, compare_fields, compare_pictures};
 use super::stability::noise_of_mean;
 use crate::Result;
-use crate::points::rng::Rng;
 use crate::render::Frame;
 use crate::render::gbuffer::{GBuffer, NONE};
+use crate::rng::Rng;
 use crate::scene::Pose;
 use crate::trace::Tracer;
 use rayon::prelude::*;

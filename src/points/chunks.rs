@@ -102,7 +102,7 @@ impl AabbTree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::rng::Rng;
+    use crate::rng::Rng;
 
     #[test]
     fn the_tree_finds_what_a_loop_finds() {

@@ -266,7 +266,7 @@ mod tests {
 
     /// Random samples on the unit square, facing up.
     fn square(count: usize) -> (Vec<Vec3>, Vec<Vec3>) {
-        let mut rng = crate::points::rng::Rng::new(7);
+        let mut rng = crate::rng::Rng::new(7);
         let positions = (0..count)
             .map(|_| Vec3::new(rng.unit(), 0.0, rng.unit()))
             .collect();

@@ -1,14 +1,12 @@
 //! `points`: ambient occlusion at surface points (PSAO).
 //!
 //! Server: [`place`] -> [`server`] (with [`grid`], [`store`], [`chunks`], [`frustum`]) ->
-//! [`content`]. Client: [`client`] -> [`sample`].
+//! [`source`]. Client: [`client`] -> [`sample`].
 
 #[cfg(feature = "encode")]
 pub mod chunks;
 #[cfg(feature = "encode")]
 pub mod client;
-#[cfg(feature = "encode")]
-pub mod content;
 #[cfg(feature = "encode")]
 pub mod eliminate;
 #[cfg(feature = "encode")]
@@ -17,10 +15,10 @@ pub mod frustum;
 pub mod grid;
 #[cfg(feature = "encode")]
 pub mod place;
-#[cfg(feature = "encode")]
-pub mod rng;
 pub mod sample;
 #[cfg(feature = "encode")]
 pub mod server;
+#[cfg(feature = "encode")]
+pub mod source;
 #[cfg(feature = "encode")]
 pub mod store;

@@ -2,8 +2,8 @@
 //! sample elimination.
 
 use super::eliminate::{eliminate, packed_distance};
-use super::rng::Rng;
 use super::sample::T_N;
+use crate::rng::Rng;
 use crate::scene::{Alpha, Pose, Scene};
 use glam::{Mat3, Vec3};
 

@@ -238,7 +238,7 @@ fn split_place(place: Place) -> (usize, usize) {
 mod tests {
     use super::*;
     use crate::codec::points::PointWidths;
-    use crate::points::rng::Rng;
+    use crate::rng::Rng;
     use std::collections::BTreeMap;
 
     fn grid(bucket_count: u32, cell_capacity: u32) -> Grid {

@@ -173,8 +173,8 @@ fn eigen(mut a: DMat3) -> ([f64; 3], DMat3) {
 #[cfg(all(test, feature = "encode"))]
 mod tests {
     use super::*;
-    use crate::points::rng::Rng;
     use crate::probes::sh::{evaluate_l2, irradiance, project};
+    use crate::rng::Rng;
     use glam::Vec3;
 
     fn directions() -> impl Iterator<Item = Vec3> {

@@ -2,11 +2,9 @@
 //!
 //! [`sh`] is the basis, [`ggx`] the glossy lobe in it, [`dering`] what keeps light from going
 //! negative, [`lattice`] where the probes stand, [`visibility`] how far they see. Server: `volume` ->
-//! `server` -> `content`. Client: [`client`] -> [`sample`].
+//! `server` -> `source`. Client: [`client`] -> [`sample`].
 
 pub mod client;
-#[cfg(feature = "encode")]
-pub mod content;
 pub mod dering;
 #[cfg(feature = "encode")]
 pub mod fidelity;
@@ -16,6 +14,8 @@ pub mod sample;
 #[cfg(feature = "encode")]
 pub mod server;
 pub mod sh;
+#[cfg(feature = "encode")]
+pub mod source;
 pub mod visibility;
 #[cfg(feature = "encode")]
 pub mod volume;

@@ -3,11 +3,13 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
+use dapple::points::server::{Options, Server, Tick};
 use dapple::scene::camera::look_at;
 use dapple::scene::{
     Camera, Channel, ChannelValues, Instance, Interpolation, Material, Mesh, MorphTarget, Node,
     Scene,
 };
+use dapple::world::World;
 use glam::{Quat, Vec3};
 
 /// A scene in the making.
@@ -187,4 +189,36 @@ pub fn passing() -> Tiny {
     tiny.slide(node, Interpolation::Linear, &keys);
     tiny.camera("away", Vec3::new(4.0, 4.0, 4.0), Vec3::splat(8.0));
     tiny
+}
+
+/// A server of `points` and the world that it alone follows.
+pub struct Served<'s> {
+    pub world: World<'s>,
+    pub server: Server,
+}
+
+impl<'s> Served<'s> {
+    /// The scene at time 0, no point traced.
+    pub fn new(scene: &'s Scene, options: Options) -> Served<'s> {
+        let world = World::new(scene, 0.0);
+        let server = Server::new(&world, options).expect("a server");
+        Served { world, server }
+    }
+
+    pub fn start(&mut self) -> Tick {
+        self.server.start(&self.world, &mut |_, _| {})
+    }
+
+    pub fn tick(&mut self, time: f64, camera: Option<&dapple::scene::CameraPose>) -> Tick {
+        self.world.camera = camera.copied();
+        self.server.advance(&mut self.world, time)
+    }
+}
+
+impl std::ops::Deref for Served<'_> {
+    type Target = Server;
+
+    fn deref(&self) -> &Server {
+        &self.server
+    }
 }

@@ -19,16 +19,16 @@ use crate::measure::light::{
 use crate::measure::metrics::{Difference, psnr};
 use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
-use crate::probes::content::{Content, Request};
 use crate::probes::sample::Indirect;
 use crate::probes::server::InsideGeometry;
+use crate::probes::source::{self, Request};
 use crate::render::light::Interpolation;
 use crate::render::path::state::{self, PictureId};
 use crate::render::path::{Options, Part, PathPicture};
 use crate::scene::Scene;
-use crate::trace::Tracer;
 use crate::trace::path::PathTracer;
 use crate::trace::path::bsdf::luminance;
+use crate::world::World;
 use crate::{Result, files};
 use glam::Vec3;
 use serde::Serialize;
@@ -204,13 +204,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     files::create_folder(&args.output)?;
     let view = args.scene.view.view(&scene)?;
     let time = args.scene.view.seconds(args.encode.fps);
-    let pose = scene.pose(time);
-    let camera = view.at(&pose);
+    let world = World::new(&scene, time);
+    let camera = view.at(world.pose());
     let (width, height) = args.scene.view.size;
     let request = args.encode.probes.request(&scene, args.encode.seed);
     warn_if_dark(&scene, &request.sky);
-    let tracer = Tracer::new(&scene, &pose);
-    let paths = PathTracer::new(&scene, &pose, &tracer, request.sky);
+    let paths = world.paths(request.sky);
 
     let options = Options::default();
     let id = PictureId::new(&scene, time, &camera, &options, &request.sky, true);
@@ -251,9 +250,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let all_frames = u64::from(WARM_UP) + (variants.len() as u64 + 1) * u64::from(frames);
     let bar = Progress::new("Probes and DDGI", all_frames);
     for variant in &variants {
-        let mut content = Content::new(&scene, &variant.request, time, 0)?;
+        let mut content = source::Source::new(&world, &variant.request, 0)?;
         for _ in 0..frames {
-            content.tick(time);
+            content.update(&world);
             bar.step(1);
         }
         let place = *content.server().volume();
@@ -274,7 +273,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Interpolation::VisibilityWeighted => sent.bytes_visibility,
             };
             rows.push(Row {
-                update_ms: Some(content.report().probe_update_ms),
+                update_ms: Some(content.statistics().probe_update_ms),
                 look_up_ms: Some(look_up_ms),
                 bytes: Some([sent.bytes_first, visibility]),
                 ..row(&method, &scored, &indirect)?
@@ -283,7 +282,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             picture(args, &scored, &indirect, &format!("{}_{how}", variant.file))?;
         }
     }
-    let place = request.place(&scene, &pose, &tracer)?;
+    let place = request.place(&world)?;
     let step = || bar.step(1);
     let (ddgi, ddgi_ms) = settled_ddgi(&paths, &place, &request.server, frames, &step);
     drop(bar);
@@ -313,7 +312,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         tables.push(rates::rates(&scene, &request, time, fps, frames)?);
     }
     let sweep = match args.curves {
-        true => curves::curves(&scene, &scored, &request, time)?,
+        true => curves::curves(&world, &scored, &request)?,
         false => Vec::new(),
     };
     let mut charts = vec![by_size(&rows), by_time(&rows), lobe::lobe()];

@@ -16,7 +16,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-use crate::points::rng::Rng;
+use crate::rng::Rng;
 use glam::{Mat3, Quat, UVec3, Vec3};
 use octahedron::Octahedron;
 use rayon::prelude::*;

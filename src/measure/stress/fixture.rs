@@ -4,16 +4,17 @@
 use crate::codec::{Compression, Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits};
 use crate::measure::ddgi::Ddgi;
 use crate::measure::light::{settled_ddgi, through_a_stream};
+use crate::models::Source as _;
 use crate::probes::client::ProbesVolume;
-use crate::probes::content::{Content, Packing, Request};
 use crate::probes::dering::{Keep, dering};
 use crate::probes::sample::{Field, trilinear, visibility_weighted};
 use crate::probes::server::{Hysteresis, Options, Server};
 use crate::probes::sh::{self, L2};
+use crate::probes::source::{Packing, Request, Source};
 use crate::probes::volume::Volume;
-use crate::scene::Scene;
 use crate::trace::Aabb;
 use crate::trace::path::{PathTracer, Sky};
+use crate::world::World;
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -38,19 +39,21 @@ pub fn request(min: Vec3, max: Vec3, dims: [u16; 3], samples: u32) -> Request {
     }
 }
 
-/// The content of a scene without animation, after its first frames.
+/// The probes of a scene after their warm-up frames.
 ///
 /// # Errors
-/// As [`Content::new`].
-pub fn settled<'s>(scene: &'s Scene, request: &Request) -> Result<Content<'s>> {
-    Content::new(scene, request, 0.0, 0)
+/// As [`Source::new`].
+pub fn settled(world: &World, request: &Request) -> Result<Source> {
+    let mut source = Source::new(world, request, 0)?;
+    source.warm_up(world);
+    Ok(source)
 }
 
 /// The volume decoded from a keyframe that is coded as `packing`.
 ///
 /// # Errors
 /// Those of the codec.
-pub fn decoded(content: &mut Content, packing: Packing) -> Result<ProbesVolume> {
+pub fn decoded(content: &mut Source, packing: Packing) -> Result<ProbesVolume> {
     Ok(through_a_stream(content, packing)?.volume)
 }
 
@@ -60,7 +63,8 @@ pub fn decoded(content: &mut Content, packing: Packing) -> Result<ProbesVolume> 
 /// # Errors
 /// Those of the codec.
 pub fn frames(
-    content: &mut Content,
+    world: &World,
+    content: &mut Source,
     packing: Packing,
     frames: usize,
     interval: usize,
@@ -72,7 +76,7 @@ pub fn frames(
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     for frame in 0..frames {
         if frame > 0 {
-            content.tick(0.0);
+            content.update(world);
         }
         if frame % interval == 0 {
             encoder.group(&mut bytes, GroupStart::Keyframes)?;

@@ -4,15 +4,16 @@ use super::fixture::{self, LookUp};
 use super::leaks::LEAK;
 use super::panels::{self, decades, ramp};
 use super::places::{self, Place, mean, worst};
-use super::scene_builder::{SceneBuilder, World};
+use super::scene_builder::SceneBuilder;
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::probes::client::ProbesVolume;
-use crate::probes::content::Request;
 use crate::probes::sample::Field;
+use crate::probes::source::Request;
 use crate::scene::Scene;
 use crate::scene::camera::look_at;
 use crate::trace::path::Sky;
+use crate::world::World;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -104,7 +105,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
             Light::Lamp => (house(from), Sky::default(), "lamp"),
             Light::Sky => (house(from), Sky::uniform(Vec3::ONE), "sky"),
         };
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         let paths = world.paths(sky);
         let bright = match from {
             Light::Lamp => places::in_room(OTHER[0], OTHER[1], effort.of(3, 6)),
@@ -114,7 +115,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
                 places::on_wall(min, max, Vec3::Y, effort.of(3, 6))
             }
         };
-        let right = places::truth(&paths, &bright, effort.of(64, 512), world.tracer.reach());
+        let right = places::truth(&paths, &bright, effort.of(64, 512), world.tracer().reach());
         let whole = mean(&right);
         let request = Request {
             sky,
@@ -126,7 +127,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
                 samples,
             )
         };
-        let mut content = fixture::settled(&scene, &request)?;
+        let mut content = fixture::settled(&world, &request)?;
         let volume = *content.server().volume();
         let look = |field: &Field, how: LookUp, place: &Place, view: Vec3| {
             f64::from(fixture::irradiance(field, &volume, how, place, view)) / whole
@@ -148,19 +149,26 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
 
         let mut worsts = [f64::NEG_INFINITY; 2];
         let mut client = None;
-        fixture::frames(&mut content, request.packing, FRAMES, INTERVAL, |volume| {
-            let field = volume.field();
-            let found = [
-                straight(&field, LookUp::VisibilityWeighted),
-                along(&dark, &field),
-            ]
-            .map(|l| worst(&l));
-            for (all, one) in worsts.iter_mut().zip(found) {
-                // Also if it is not a number.
-                *all = if one <= *all { *all } else { one };
-            }
-            client = Some(volume);
-        })?;
+        fixture::frames(
+            &world,
+            &mut content,
+            request.packing,
+            FRAMES,
+            INTERVAL,
+            |volume| {
+                let field = volume.field();
+                let found = [
+                    straight(&field, LookUp::VisibilityWeighted),
+                    along(&dark, &field),
+                ]
+                .map(|l| worst(&l));
+                for (all, one) in worsts.iter_mut().zip(found) {
+                    // Also if it is not a number.
+                    *all = if one <= *all { *all } else { one };
+                }
+                client = Some(volume);
+            },
+        )?;
         let client: ProbesVolume = client.ok_or_else(fixture::no_frame)?;
         let field = client.field();
         let at = format!("{name}, {shift}");
@@ -196,7 +204,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
 
         let mut coarser = request;
         coarser.server.visibility = 8;
-        let mut content = fixture::settled(&scene, &coarser)?;
+        let mut content = fixture::settled(&world, &coarser)?;
         let coarse = fixture::decoded(&mut content, coarser.packing)?;
         let light = along(&dark, &coarse.field());
         finding.add(&at, "8 texels, along walls, worst", worst(&light));

@@ -3,14 +3,15 @@
 use super::fixture::{self, LookUp};
 use super::panels::{self, decades, ramp};
 use super::places::{self, Place, grey, mean, relative_rms, worst};
-use super::scene_builder::{SceneBuilder, World};
+use super::scene_builder::SceneBuilder;
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
-use crate::probes::content::{Packing, Request};
 use crate::probes::sample::Field;
+use crate::probes::source::{Packing, Request};
 use crate::scene::Scene;
 use crate::scene::camera::look_at;
 use crate::trace::path::Sky;
+use crate::world::World;
 use glam::Vec3;
 
 pub const SEALED_ROOM: Case = Case {
@@ -81,7 +82,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
     let mut finding = Finding::default();
     for wall in effort.settings(&walls) {
         let scene = two_rooms(wall);
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         let paths = world.paths(Sky::default());
         let request = fixture::request(
             Vec3::new(-3.4, -1.0, -1.5),
@@ -89,7 +90,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             [8, 3, 4],
             samples,
         );
-        let mut content = fixture::settled(&scene, &request)?;
+        let mut content = fixture::settled(&world, &request)?;
         let decoded = fixture::decoded(&mut content, request.packing)?;
         let volume = *content.server().volume();
         let field = decoded.field();
@@ -104,7 +105,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         let dark = places::in_room(Vec3::new(half, -1.5, -2.0), corner, side);
         let eyes = places::eyes(Vec3::new(half, -1.5, -2.0), corner);
         let bright = places::in_room(-corner, Vec3::new(-half, 1.5, 2.0), effort.of(3, 6));
-        let right = places::truth(&paths, &bright, effort.of(64, 512), world.tracer.reach());
+        let right = places::truth(&paths, &bright, effort.of(64, 512), world.tracer().reach());
         let whole = mean(&right);
 
         let of_way = |way: usize, place: &Place, view: Vec3| match way {
@@ -139,7 +140,7 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         if effort == Effort::Full {
             let mut coarser = request;
             coarser.server.visibility = 8;
-            let mut content = fixture::settled(&scene, &coarser)?;
+            let mut content = fixture::settled(&world, &coarser)?;
             let decoded = fixture::decoded(&mut content, coarser.packing)?;
             let light =
                 fixture::at_places(&decoded.field(), &volume, LookUp::VisibilityWeighted, &dark);
@@ -214,11 +215,11 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
     ];
     let sky = Sky::uniform(Vec3::splat(5.0));
     let scene = walled_room();
-    let world = World::new(&scene);
+    let world = World::new(&scene, 0.0);
     let paths = world.paths(sky);
     let half = Vec3::new(2.0, 1.5, 2.0);
     let wall = places::on_wall(-half, half, Vec3::NEG_X, effort.of(5, 10));
-    let reach = world.tracer.reach();
+    let reach = world.tracer().reach();
     let right = places::truth(&paths, &wall, effort.of(128, 1024), reach);
     let camera = look_at(Vec3::new(-1.6, 0.5, 1.2), Vec3::new(2.0, -0.2, -0.2), 1.1);
     let seen = panels::seen(&paths, &camera);
@@ -235,7 +236,7 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
                 effort.of(128, 256),
             )
         };
-        let mut content = fixture::settled(&scene, &request)?;
+        let mut content = fixture::settled(&world, &request)?;
         let decoded = fixture::decoded(&mut content, Packing::Raw)?;
         let volume = *content.server().volume();
         // As a server would send that does not detect probes inside geometry.

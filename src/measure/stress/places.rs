@@ -112,9 +112,10 @@ pub fn relative_rms(found: &[f32], right: &[f32]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::scene_builder::{SceneBuilder, World};
+    use super::super::scene_builder::SceneBuilder;
     use super::*;
     use crate::trace::path::Sky;
+    use crate::world::World;
 
     /// A place that sees nothing but a sky of radiance 1 has the irradiance pi.
     #[test]
@@ -122,7 +123,7 @@ mod tests {
         let mut builder = SceneBuilder::new("plate", 0.0);
         builder.solid(Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0));
         let scene = builder.build();
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         let paths = world.paths(Sky::uniform(Vec3::ONE));
         let up = Place {
             position: Vec3::ZERO,
@@ -132,7 +133,7 @@ mod tests {
             position: Vec3::new(50.0, -0.5, 0.0),
             normal: Vec3::X,
         };
-        let light = truth(&paths, &[up, side], 256, world.tracer.reach());
+        let light = truth(&paths, &[up, side], 256, world.tracer().reach());
         assert!(light.iter().all(|e| (e - PI).abs() < 1e-3), "{light:?}");
     }
 

@@ -3,16 +3,17 @@
 use super::fixture::{self, LookUp};
 use super::panels::{self, ramp};
 use super::places::{self, DIRECTIONS, Place, grey, mean, spread, worst};
-use super::scene_builder::{SceneBuilder, World};
+use super::scene_builder::SceneBuilder;
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::codec::probes::f32_from_f16;
-use crate::probes::content::{Packing, Request};
 use crate::probes::sample::Field;
 use crate::probes::sh::{self, L2};
+use crate::probes::source::{Packing, Request};
 use crate::scene::Scene;
 use crate::scene::camera::look_at;
 use crate::trace::path::Sky;
+use crate::world::World;
 use glam::Vec3;
 
 pub const BRIGHT_SUN: Case = Case {
@@ -97,14 +98,14 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
     let mut finding = Finding::default();
     for lux in effort.settings(&suns) {
         let scene = court(lux);
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         let request = fixture::request(
             Vec3::new(-2.6, 0.4, -1.5),
             Vec3::new(2.9, 2.6, 1.5),
             [6, 3, 4],
             effort.of(64, 256),
         );
-        let mut content = fixture::settled(&scene, &request)?;
+        let mut content = fixture::settled(&world, &request)?;
         let at = if lux < 1e4 {
             format!("{lux}")
         } else {
@@ -211,9 +212,9 @@ fn outside(effort: Effort) -> Result<Finding> {
     builder.room(-HALL, HALL);
     builder.point(Vec3::new(-4.0, 0.8, 0.2), 20.0);
     let scene = builder.build();
-    let world = World::new(&scene);
+    let world = World::new(&scene, 0.0);
     let paths = world.paths(Sky::default());
-    let reach = world.tracer.reach();
+    let reach = world.tracer().reach();
     let request = Request {
         packing: Packing::Raw,
         ..fixture::request(
@@ -223,7 +224,7 @@ fn outside(effort: Effort) -> Result<Finding> {
             effort.of(64, 256),
         )
     };
-    let mut content = fixture::settled(&scene, &request)?;
+    let mut content = fixture::settled(&world, &request)?;
     let decoded = fixture::decoded(&mut content, request.packing)?;
     let volume = *content.server().volume();
     let field = decoded.field();

@@ -4,13 +4,14 @@
 use super::fixture;
 use super::panels::{self, ramp};
 use super::places::{DIRECTIONS, grey, spread};
-use super::scene_builder::{SceneBuilder, World};
+use super::scene_builder::SceneBuilder;
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::probes::dering::{Keep, dering, minimum};
 use crate::probes::sh::{self, COSINE, L2, Y0};
 use crate::scene::Scene;
 use crate::trace::path::{PathTracer, Paths, Random, Sky};
+use crate::world::World;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -148,11 +149,11 @@ fn ringing(effort: Effort) -> Result<Finding> {
     let mut finding = Finding::default();
     for side in effort.settings(&sides) {
         let scene = room(side);
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         let paths = world.paths(Sky::default());
         let request = fixture::request(Vec3::splat(-1.5), Vec3::splat(1.5), dims, 256);
-        let mut content = fixture::settled(&scene, &request)?;
-        content.tick(0.0);
+        let mut content = fixture::settled(&world, &request)?;
+        content.update(&world);
         let server = content.server();
         let volume = *server.volume();
         let probe = |probe: usize| {

@@ -1,8 +1,7 @@
 //! Builds scenes of matte walls, boxes, sheets and lamps.
 
-use crate::scene::{Instance, Light, LightKind, Material, Mesh, Node, Pose, Scene};
-use crate::trace::path::{PathTracer, Sky};
-use crate::trace::{Aabb, Tracer};
+use crate::scene::{Instance, Light, LightKind, Material, Mesh, Node, Scene};
+use crate::trace::Aabb;
 use glam::{Quat, Vec3};
 
 /// Adds meshes and lights to a scene. Material 0 is that of all walls.
@@ -142,33 +141,11 @@ impl SceneBuilder {
     }
 }
 
-/// A scene at its first pose, ready to be traced.
-pub struct World<'s> {
-    pub scene: &'s Scene,
-    pub pose: Pose,
-    pub tracer: Tracer<'s>,
-}
-
-impl<'s> World<'s> {
-    pub fn new(scene: &'s Scene) -> World<'s> {
-        let pose = scene.pose(0.0);
-        let tracer = Tracer::new(scene, &pose);
-        World {
-            scene,
-            pose,
-            tracer,
-        }
-    }
-
-    pub fn paths(&self, sky: Sky) -> PathTracer<'_> {
-        PathTracer::new(self.scene, &self.pose, &self.tracer, sky)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::trace::Ray;
+    use crate::world::World;
 
     #[test]
     fn rooms_face_inwards_solids_outwards() {
@@ -176,7 +153,7 @@ mod tests {
         builder.room(Vec3::splat(-2.0), Vec3::splat(2.0));
         builder.solid(Vec3::splat(-1.0), Vec3::splat(1.0));
         let scene = builder.build();
-        let world = World::new(&scene);
+        let world = World::new(&scene, 0.0);
         for axis in Vec3::AXES {
             for direction in [axis, -axis] {
                 let hit = |origin: Vec3, direction: Vec3| {
@@ -185,7 +162,7 @@ mod tests {
                         direction,
                         t_max: f32::INFINITY,
                     };
-                    let hit = world.tracer.closest(&ray).expect("a wall");
+                    let hit = world.tracer().closest(&ray).expect("a wall");
                     (hit.t, hit.back)
                 };
                 let outwards = hit(direction * 1.5, direction);

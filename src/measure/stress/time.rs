@@ -3,20 +3,21 @@
 use super::fixture::{self, WARM_UP};
 use super::panels::{self, ramp};
 use super::places::{self, DIRECTIONS, grey, spread};
-use super::scene_builder::{SceneBuilder, World};
+use super::scene_builder::SceneBuilder;
 use super::{Bound, Case, Effort, Finding, Shot};
 use crate::Result;
 use crate::codec::probes::{Probe, f32_from_f16};
 use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart};
-use crate::probes::content::{self, Content, Packing, Request};
+use crate::models::Source as _;
 use crate::probes::sample::Field;
 use crate::probes::server::{Hysteresis, IncomingRadiance, Options, Server};
 use crate::probes::sh::{self, L2};
+use crate::probes::source::{self, Packing, Request, Source};
 use crate::probes::volume::Volume;
-use crate::scene::Scene;
 use crate::scene::camera::look_at;
 use crate::trace::Aabb;
 use crate::trace::path::{PathTracer, Sky};
+use crate::world::World;
 use glam::Vec3;
 
 pub const LAG: Case = Case {
@@ -89,7 +90,7 @@ fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec
     let mut builder = room();
     builder.point(Vec3::new(0.4, 0.9, 0.3), 8.0);
     let scene = builder.build();
-    let mut world = World::new(&scene);
+    let mut world = World::new(&scene, 0.0);
     let volume = Volume::over(BOUNDS, effort.of([3, 2, 3], DIMS))?;
     let options = Options {
         samples: effort.of(64, 128),
@@ -104,10 +105,10 @@ fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec
         all.map(|p| f64::from(grey(server.l2(p)[0]))).sum::<f64>()
     };
     for _ in 0..WARM_UP {
-        content::update(&mut server, &world.paths(Sky::default()));
+        source::update(&mut server, &world.paths(Sky::default()));
     }
     let before = light(&server);
-    let intensity = world.pose.lights[0].intensity;
+    let intensity = world.pose().lights[0].intensity;
     let change_of = |share: f64| before * (1.0 - share);
     let whole = change_of(f64::from(change.at(usize::MAX - 1)));
     let ends = match change {
@@ -121,10 +122,10 @@ fn remains(hysteresis: Hysteresis, change: Change, effort: Effort) -> Result<Vec
     };
     while goes_on(&remains) {
         let share = change.at(remains.len());
-        world.pose.lights[0].intensity = intensity * share;
+        world.lights_mut()[0].intensity = intensity * share;
         let paths = world.paths(Sky::default());
         if share > 0.0 {
-            content::update(&mut server, &paths);
+            source::update(&mut server, &paths);
         } else {
             // No light, no paths to follow: rays alone.
             server.update(|origin, direction, _| dark(&paths, origin, direction));
@@ -236,7 +237,7 @@ fn irradiances(light: &[L2]) -> Vec<f32> {
 }
 
 /// The probes as clients have them.
-fn sent(content: &Content) -> Vec<L2> {
+fn sent(content: &Source) -> Vec<L2> {
     let volume = content.volume();
     let scale = 2f32.powi(volume.exponent.into());
     let probe = |probe: &Probe| {
@@ -260,7 +261,7 @@ struct StillScene {
 }
 
 fn measure_still(
-    scene: &Scene,
+    world: &World,
     samples: u32,
     hysteresis: Hysteresis,
     effort: Effort,
@@ -278,7 +279,7 @@ fn measure_still(
         packing: Packing::packed(0.004),
         sky: Sky::default(),
     };
-    let mut content = fixture::settled(scene, &request)?;
+    let mut content = fixture::settled(world, &request)?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
@@ -291,7 +292,7 @@ fn measure_still(
     let (mut dropped, mut coded) = (0, 0);
     let (mut level, mut last) = (0.0, [Vec::new(), Vec::new()]);
     for frame in 0..frames {
-        dropped += content.tick(0.0).dropped;
+        dropped += content.update(world).dropped;
         let written = bytes.len();
         content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
         coded += (bytes.len() - written).saturating_sub(RECORD);
@@ -337,14 +338,14 @@ fn flicker(effort: Effort) -> Result<Finding> {
     let mut builder = room();
     builder.lamp(Vec3::new(0.3, 1.49, 0.2), 0.5, 30.0);
     let scene = builder.build();
-    let world = World::new(&scene);
+    let world = World::new(&scene, 0.0);
     let paths = world.paths(Sky::default());
     let camera = look_at(Vec3::new(-1.8, 0.6, 1.8), Vec3::new(1.0, -0.7, -1.0), 1.1);
     let seen = panels::seen(&paths, &camera);
     let mut finding = Finding::default();
     let mut panels = Vec::new();
     for (at, samples, hysteresis) in effort.settings(&settings) {
-        let still = measure_still(&scene, samples, hysteresis, effort)?;
+        let still = measure_still(&world, samples, hysteresis, effort)?;
         finding.add(at, "flicker, server", still.server);
         let name = "flicker, client";
         match at {

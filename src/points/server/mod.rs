@@ -16,12 +16,12 @@ pub use track::Track;
 
 use super::chunks::AabbTree;
 use super::frustum::Frustum;
-use super::rng::Rng;
 use crate::Result;
-use crate::scene::{CameraPose, Pose, Scene};
-use crate::trace::Tracer;
+use crate::rng::Rng;
+use crate::scene::Pose;
+use crate::world::World;
 use hidden::Openness;
-use layout::{is_movable, placing_pose, templates};
+use layout::{placing_pose, templates};
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -44,10 +44,6 @@ pub struct Tick {
     pub changed_points: usize,
     /// Points still waiting: out of view, or beyond the budget.
     pub waiting_points: usize,
-    /// Animation and skinning.
-    pub pose_time: Duration,
-    /// Acceleration structures.
-    pub update_time: Duration,
     /// Finding the points that movers can reach and the client can see.
     pub select_time: Duration,
     pub trace_time: Duration,
@@ -55,12 +51,11 @@ pub struct Tick {
     pub store_time: Duration,
 }
 
-/// The server's state: everything that the client holds, and what may have changed since.
-pub struct Server<'s> {
-    scene: &'s Scene,
+/// The server's state: everything that the client holds, and what may have changed since. All calls
+/// take a world of one scene.
+#[derive(Clone, Debug)]
+pub struct Server {
     options: Options,
-    tracer: Tracer<'s>,
-    pose: Pose,
     tracks: Vec<Track>,
     /// Chunks of instances that never move, as (track, chunk), and their tree in world space.
     still_chunks: Arc<Vec<(u32, u32)>>,
@@ -68,16 +63,18 @@ pub struct Server<'s> {
     /// Where the round-robin goes on.
     cursor: (usize, u32),
     placing_time: Duration,
+    /// Of the last [`Server::leave`].
+    leave_time: Duration,
+    startup_rays: u64,
 }
 
-impl<'s> Server<'s> {
-    /// Places all points and lays out grids and hashes; traces nothing yet. The scene starts at
-    /// `time` seconds.
-    pub fn new(scene: &'s Scene, options: Options, time: f64) -> Result<Self> {
+impl Server {
+    /// Places all points and lays out grids and hashes; traces nothing yet. `world` is at the first
+    /// frame.
+    pub fn new(world: &World, options: Options) -> Result<Self> {
         let clock = Instant::now();
+        let (scene, pose) = (world.scene(), world.pose());
         let rest = scene.rest_pose();
-        let pose = scene.pose(time);
-        let tracer = Tracer::new(scene, &pose);
         let samples: Vec<Pose> = if scene
             .instances
             .iter()
@@ -91,7 +88,7 @@ impl<'s> Server<'s> {
             Vec::new()
         };
 
-        let placing = placing_pose(scene, &rest, &samples, time, &options);
+        let placing = placing_pose(scene, &rest, &samples, pose.time, &options);
         let templates = templates(scene, &rest, &placing, &options)?;
         let tracks: Vec<Track> = (0..scene.instances.len())
             .into_par_iter()
@@ -113,40 +110,29 @@ impl<'s> Server<'s> {
             }
         }
         Ok(Server {
-            scene,
             options,
-            tracer,
-            pose,
             tracks,
             still_chunks: Arc::new(still_chunks),
             still_tree: Arc::new(AabbTree::new(&still_bounds)),
             cursor: (0, 0),
             placing_time: clock.elapsed(),
+            leave_time: Duration::ZERO,
+            startup_rays: 0,
         })
     }
 
-    /// How long points, grids and acceleration structures took.
+    /// How long points and grids took.
     pub fn placing_time(&self) -> Duration {
         self.placing_time
     }
 
-    pub fn scene(&self) -> &'s Scene {
-        self.scene
+    /// Rays of [`Server::start`].
+    pub fn startup_rays(&self) -> u64 {
+        self.startup_rays
     }
 
-    /// A clone with its traced values; nothing is traced again.
-    pub fn fork(&self) -> Self {
-        Server {
-            scene: self.scene,
-            options: self.options,
-            tracer: Tracer::new(self.scene, &self.pose),
-            pose: self.pose.clone(),
-            tracks: self.tracks.clone(),
-            still_chunks: self.still_chunks.clone(),
-            still_tree: self.still_tree.clone(),
-            cursor: self.cursor,
-            placing_time: self.placing_time,
-        }
+    pub fn options(&self) -> &Options {
+        &self.options
     }
 
     pub fn tracks(&self) -> &[Track] {
@@ -157,93 +143,64 @@ impl<'s> Server<'s> {
         &mut self.tracks
     }
 
-    pub fn pose(&self) -> &Pose {
-        &self.pose
-    }
-
-    pub fn tracer(&self) -> &Tracer<'s> {
-        &self.tracer
-    }
-
     /// Traces every point once, in view or not: what a client starts from.
-    pub fn start(&mut self, progress: &mut dyn FnMut(usize, usize)) -> Tick {
+    pub fn start(&mut self, world: &World, progress: &mut dyn FnMut(usize, usize)) -> Tick {
         for track in &mut self.tracks {
             track.mark_all();
         }
         let mut tick = Tick::default();
-        let chosen = self.choose(None, None, &mut tick);
-        self.trace(&chosen, &mut tick, progress);
+        let chosen = self.choose(world, None, None, &mut tick);
+        self.trace(world, &chosen, &mut tick, progress);
+        self.startup_rays = tick.rays;
         tick
     }
 
-    /// Moves the scene to `time` and brings every point up to date that something that moved can
-    /// reach and that `camera` can see. A point that is reached out of view is remembered and traced
-    /// when it comes into view; one that nothing reached keeps its value.
-    pub fn tick(&mut self, time: f64, camera: Option<&CameraPose>) -> Tick {
-        match camera {
-            None => self.advance(time, |_| None),
-            Some(camera) => self.advance(time, |_| Some(*camera)),
-        }
+    /// Marks what is about to move where it still is: occlusion changes where a mover left as well as
+    /// where it comes to. To be called while the world advances.
+    pub fn leave(&mut self, world: &World) {
+        let clock = Instant::now();
+        self.mark_reached(world);
+        self.leave_time = clock.elapsed();
     }
 
-    /// [`Server::tick`] for a camera that moves with the scene.
-    pub fn tick_seen(&mut self, time: f64, camera: impl Fn(&Pose) -> CameraPose) -> Tick {
-        self.advance(time, |pose| Some(camera(pose)))
-    }
-
-    fn advance(&mut self, time: f64, camera: impl Fn(&Pose) -> Option<CameraPose>) -> Tick {
+    /// Brings every point up to date that something that moved can reach and that the world's camera
+    /// can see. A point that is reached out of view is remembered and traced when it comes into
+    /// view; one that nothing reached keeps its value.
+    pub fn tick(&mut self, world: &World) -> Tick {
         let mut tick = Tick::default();
         let clock = Instant::now();
-        let mut next = std::mem::take(&mut self.pose);
-        let last = next.clone();
-        self.scene.pose_into(time, &mut next);
-        self.pose = next;
-        tick.pose_time = clock.elapsed();
-
-        let clock = Instant::now();
-        let movers: Vec<usize> = (0..self.scene.instances.len())
-            .filter(|&i| {
-                is_movable(self.scene, i)
-                    && (last.world_from_mesh[i] != self.pose.world_from_mesh[i]
-                        || last.deformed[i] != self.pose.deformed[i])
-            })
-            .collect();
-        // Occlusion changes where a mover left as well as where it arrived.
-        let pose = std::mem::take(&mut self.pose);
-        self.mark_reached(&movers, &last, &pose);
-        self.pose = pose;
-        let select = clock.elapsed();
-        let clock = Instant::now();
-        if !movers.is_empty() {
-            self.tracer.update(&self.pose);
-        }
-        tick.update_time = clock.elapsed();
-        let clock = Instant::now();
-        let pose = std::mem::take(&mut self.pose);
-        self.mark_reached(&movers, &pose, &last);
-        self.pose = pose;
-        let frustum = camera(&self.pose)
+        self.mark_reached(world);
+        let frustum = world
+            .camera
             .filter(|_| self.options.visibility)
             .map(|c| Frustum::new(&c, self.options.aspect, self.options.margin));
-        let chosen = self.choose(frustum.as_ref(), self.options.budget, &mut tick);
-        tick.select_time = select + clock.elapsed();
-
-        self.trace(&chosen, &mut tick, &mut |_, _| {});
+        let budget = self.options.budget;
+        let chosen = self.choose(world, frustum.as_ref(), budget, &mut tick);
+        tick.select_time = std::mem::take(&mut self.leave_time) + clock.elapsed();
+        self.trace(world, &chosen, &mut tick, &mut |_, _| {});
         tick
+    }
+
+    /// Advances a world that only this server follows, and brings the points up to date.
+    pub fn advance(&mut self, world: &mut World, time: f64) -> Tick {
+        world.advance(time, |world| self.leave(world));
+        self.tick(world)
     }
 
     /// Traces the chosen points and stores those that changed enough.
     fn trace(
         &mut self,
+        world: &World,
         chosen: &[(usize, u32)],
         tick: &mut Tick,
         progress: &mut dyn FnMut(usize, usize),
     ) {
-        let (scene, options) = (self.scene, self.options);
+        let (scene, options) = (world.scene(), self.options);
+        let (tracer, pose) = (world.tracer(), world.pose());
         for (k, block) in chosen.chunks(BLOCK).enumerate() {
             progress(k * BLOCK, chosen.len());
             let clock = Instant::now();
-            let (tracks, tracer, pose) = (&self.tracks, &self.tracer, &self.pose);
+            let tracks = &self.tracks;
             let traced: Vec<TracedPoint> = block
                 .par_iter()
                 .map(|&(t, point)| {

@@ -2,9 +2,9 @@
 
 use super::{Server, Tick};
 use crate::points::frustum::Frustum;
-use crate::scene::Pose;
 use crate::trace::Aabb;
 use crate::trace::offset::OFFSET_PER_METRE;
+use crate::world::World;
 use glam::Affine3A;
 
 /// Whether two transforms stretch alike, up to rounding: their columns have the same products.
@@ -14,24 +14,23 @@ fn same_scale(a: &Affine3A, b: &Affine3A) -> bool {
     a.abs_diff_eq(b, 1e-5 * size)
 }
 
-impl Server<'_> {
-    /// Marks as stale what the movers can reach in the tracer's present pose, which is `pose`. They
-    /// move from or to the pose `other`.
-    pub(super) fn mark_reached(&mut self, movers: &[usize], pose: &Pose, other: &Pose) {
-        let (tracer, distance) = (&self.tracer, self.options.distance);
+impl Server {
+    /// Marks as stale what the world's movers can reach at its present pose.
+    pub(super) fn mark_reached(&mut self, world: &World) {
+        let movers = world.movers();
+        if movers.is_empty() {
+            return;
+        }
+        let (pose, other) = (world.pose(), world.other_pose());
+        let instances = world.scene().instances.len();
+        let (tracer, distance) = (world.tracer(), self.options.distance);
         // How far from a point's surface its rays may end at a mover: they start off the surface,
         // and the end is rounded no worse than what that offset makes up for.
         let reach_to = |mover: &Aabb| {
             let size = (mover.reach() + distance).max(tracer.reach());
             distance * (1.0 + 1e-5) + 2.0 * OFFSET_PER_METRE * size
         };
-        let bounds: Vec<Aabb> = (0..if movers.is_empty() {
-            0
-        } else {
-            self.scene.instances.len()
-        })
-            .map(|i| tracer.bounds(i))
-            .collect();
+        let bounds: Vec<Aabb> = (0..instances).map(|i| tracer.bounds(i)).collect();
         for &mover in movers {
             let near = bounds[mover];
             let reach = reach_to(&near);
@@ -51,7 +50,7 @@ impl Server<'_> {
         }
         // Points that move themselves: what matters is who is near and moves against them.
         let is_mover = {
-            let mut flags = vec![false; self.scene.instances.len()];
+            let mut flags = vec![false; instances];
             movers.iter().for_each(|&m| flags[m] = true);
             flags
         };
@@ -95,10 +94,12 @@ impl Server<'_> {
     /// Takes the stale points in view off the list, at most `budget`, round-robin.
     pub(super) fn choose(
         &mut self,
+        world: &World,
         frustum: Option<&Frustum>,
         budget: Option<usize>,
         tick: &mut Tick,
     ) -> Vec<(usize, u32)> {
+        let (scene, pose) = (world.scene(), world.pose());
         let mut chosen = Vec::new();
         let mut waiting = 0;
         for (t, track) in self.tracks.iter_mut().enumerate() {
@@ -106,8 +107,8 @@ impl Server<'_> {
                 continue;
             }
             track.stale_chunks.sort_unstable();
-            let world = self.pose.world_from_mesh[track.instance];
-            let deformed = self.pose.deformed[track.instance].as_ref();
+            let world = pose.world_from_mesh[track.instance];
+            let deformed = pose.deformed[track.instance].as_ref();
             for &chunk in &track.stale_chunks {
                 let bounds = track.template.chunks.bounds[chunk as usize].transformed(&world);
                 // Chunks are bounded in the rest pose; deformed ones are tested point by point.
@@ -121,8 +122,8 @@ impl Server<'_> {
                             let at = match deformed {
                                 None => track.template.positions[p as usize],
                                 Some(d) => {
-                                    let mesh = &self.scene.meshes[track.template.mesh];
                                     let on_mesh = &track.template.placement.points[p as usize];
+                                    let mesh = &scene.meshes[track.template.mesh];
                                     on_mesh.on(&mesh.triangles, &d.positions)
                                 }
                             };

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::points::place::Density;
+use crate::scene::Scene;
 use crate::scene::{Instance, Material, Mesh, Node, Skin};
 use glam::Vec3;
 use glam::{Mat4, Quat};
@@ -59,7 +60,7 @@ fn bound_at(sizes: &[f32]) -> Scene {
     }
 }
 
-fn server(scene: &Scene, candidates: f32) -> Result<Server<'_>> {
+fn server(world: &World, candidates: f32) -> Result<Server> {
     let options = Options {
         density: Density {
             candidates,
@@ -67,13 +68,14 @@ fn server(scene: &Scene, candidates: f32) -> Result<Server<'_>> {
         },
         ..Options::default()
     };
-    Server::new(scene, options, 0.0)
+    Server::new(world, options)
 }
 
 #[test]
 fn skins_of_other_sizes_have_points_of_their_own() {
     let scene = bound_at(&[4.0, 1.0, 4.0]);
-    let server = server(&scene, 100.0).expect("a server");
+    let world = World::new(&scene, 0.0);
+    let server = server(&world, 100.0).expect("a server");
     let points: Vec<usize> = server.tracks().iter().map(Track::points).collect();
     assert_eq!(points, [800, 50, 800]);
     let same = |a: usize, b: usize| {
@@ -88,8 +90,9 @@ fn skins_of_other_sizes_have_points_of_their_own() {
 #[test]
 fn nothing_is_dropped_where_skins_differ_in_size() {
     let scene = bound_at(&[8.0, 1.0]);
-    let mut server = server(&scene, 1000.0).expect("a server");
-    server.start(&mut |_, _| {});
+    let world = World::new(&scene, 0.0);
+    let mut server = server(&world, 1000.0).expect("a server");
+    server.start(&world, &mut |_, _| {});
     assert!(server.tracks().iter().all(|t| t.store.dropped_points == 0));
 }
 
@@ -97,7 +100,10 @@ fn nothing_is_dropped_where_skins_differ_in_size() {
 fn more_surface_than_memory_holds_is_refused_before_it_is_placed() {
     for size in [1e4, 1e18] {
         let scene = bound_at(&[size]);
-        let error = server(&scene, 1000.0).err().expect("refused").to_string();
+        let error = server(&World::new(&scene, 0.0), 1000.0)
+            .err()
+            .expect("refused")
+            .to_string();
         assert!(error.contains("candidates"), "{error}");
     }
 }

@@ -7,8 +7,8 @@
 //! averaged apart.
 
 use super::{environment, integrate, lobe, lobe_direction};
-use crate::points::rng::Rng;
 use crate::probes::sh::{L2, convolved, project};
+use crate::rng::Rng;
 use glam::Vec3;
 
 /// Which direction the zonal lobe is centred on.

@@ -16,7 +16,7 @@ pub use sight::Nearest;
 use super::sh::{L2, MAX_DEGREE};
 use super::visibility::{SIDES, Visibility};
 use super::volume::{Volume, spiral};
-use crate::points::rng::Rng;
+use crate::rng::Rng;
 pub use crate::trace::path::IncomingRadiance;
 use crate::{Error, Result};
 use glam::Vec3;

@@ -170,7 +170,7 @@ fn kept_probes_are_all_present() {
             },
         });
         (0..2).for_each(|_| {
-            crate::probes::content::update(&mut server, &paths);
+            crate::probes::source::update(&mut server, &paths);
         });
         let present = (0..27).filter(|p| server.is_present(*p)).count();
         // From the middle to a metre ahead, beyond the box's face.

@@ -5,9 +5,9 @@ use crate::Result;
 use crate::cli::progress::Progress;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
 use crate::measure::light::from_expansions;
-use crate::probes::content::{Content, Request};
 use crate::probes::server::{Hysteresis, Server};
-use crate::scene::Scene;
+use crate::probes::source::{Request, Source};
+use crate::world::World;
 use serde::Serialize;
 
 /// One point of a curve.
@@ -24,12 +24,7 @@ pub struct SweepPoint {
 ///
 /// # Errors
 /// `Invalid` for a volume that cannot be.
-pub fn curves(
-    scene: &Scene,
-    scored: &Setting,
-    request: &Request,
-    time: f64,
-) -> Result<Vec<SweepPoint>> {
+pub fn curves(world: &World, scored: &Setting, request: &Request) -> Result<Vec<SweepPoint>> {
     let mut runs = Vec::new();
     for degree in 0..=4 {
         let mut server = request.server;
@@ -55,9 +50,9 @@ pub fn curves(
             warm_up: 0,
             ..*request
         };
-        let mut content = Content::new(scene, &request, time, 0)?;
+        let mut content = Source::new(world, &request, 0)?;
         for _ in 0..frames {
-            content.tick(time);
+            content.update(world);
             bar.step(1);
         }
         let server: &Server = content.server();
@@ -69,7 +64,7 @@ pub fn curves(
             curve,
             value,
             psnr: picture.psnr,
-            update_ms: content.report().probe_update_ms,
+            update_ms: content.statistics().probe_update_ms,
         });
     }
     Ok(sweep)

@@ -4,9 +4,11 @@ use crate::cli::progress::Progress;
 use crate::codec::probes::{Coding, Probe, Volume};
 use crate::codec::{Compression, Encoder, EncoderConfig, GroupStart};
 use crate::measure::table::{Table, Value};
-use crate::probes::content::{Content, Packing, Request};
+use crate::models::Source as _;
 use crate::probes::server::Hysteresis;
+use crate::probes::source::{Packing, Request, Source};
 use crate::scene::Scene;
+use crate::world::World;
 use crate::{Error, Result};
 use glam::Vec3;
 
@@ -28,18 +30,10 @@ pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32)
     let mut rows = Vec::new();
     for (number, tolerance) in TOLERANCES.into_iter().enumerate() {
         request.packing = Packing::packed(tolerance);
-        let warm_up = request.warm_up;
-        let mut content = Content::new(
-            scene,
-            &Request {
-                warm_up: 0,
-                ..request
-            },
-            time,
-            0,
-        )?;
-        for _ in 0..warm_up {
-            content.tick(time);
+        let mut world = World::new(scene, time);
+        let mut content = Source::new(&world, &request, 0)?;
+        for _ in 0..request.warm_up {
+            content.update(&world);
             bar.step(1);
         }
         let mut out = Vec::new();
@@ -48,7 +42,8 @@ pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32)
         encoder.tracks(&mut out, &[content.track()])?;
         let mut general = General::new(content.volume());
         for frame in 0..frames {
-            content.tick(time + f64::from(frame) / fps);
+            world.advance(time + f64::from(frame) / fps, |_| {});
+            content.update(&world);
             bar.step(1);
             match frame {
                 0 => content.write_keyframe(&mut encoder, Compression::None, &mut out)?,
@@ -59,7 +54,7 @@ pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32)
                 general.frame(&content)?;
             }
         }
-        let report = content.report();
+        let report = content.statistics();
         let count = report.probes as f64;
         if number == 0 {
             for (name, bytes) in [
@@ -126,7 +121,7 @@ impl General {
         }
     }
 
-    fn frame(&mut self, content: &Content) -> Result<()> {
+    fn frame(&mut self, content: &Source) -> Result<()> {
         let probes = content.light().iter().enumerate().map(|(index, light)| {
             match content.server().is_present(index) {
                 true => self.volume.quantize(&light.map(|c: Vec3| c.to_array())),

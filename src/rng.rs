@@ -1,4 +1,4 @@
-//! A small deterministic generator for placing points.
+//! A small deterministic generator of random numbers.
 
 /// SplitMix64 (Steele, Lea, Flood 2014): any seed is a good seed, streams by seed are independent.
 #[derive(Clone, Debug)]

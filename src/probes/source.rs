@@ -1,8 +1,9 @@
-//! What a `probes` server puts into the frames of a stream (DDISH-GI §4, `spec/encoding.md`).
+//! The model `probes` in a stream: what its server puts into the frames (DDISH-GI §4,
+//! `spec/encoding.md`).
 
 use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
-use super::server::{InsideGeometry, Nearest, Options, Server, Tick};
+use super::server::{self, InsideGeometry, Nearest, Options, Server};
 use super::sh::L2;
 use super::volume::Volume;
 use crate::Result;
@@ -10,10 +11,12 @@ use crate::codec::probes::{self, Coding, Coverage, Probe, Steps, Tolerance, Upda
 use crate::codec::{
     self, Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, StateDigest, Target,
 };
-use crate::scene::{Pose, Scene};
+use crate::models::{self, Reports, Tick};
+use crate::scene::Scene;
 use crate::trace::offset::offset_origin;
 use crate::trace::path::{PathTracer, Paths, Random, Sky};
 use crate::trace::{Aabb, Ray, Tracer};
+use crate::world::World;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -36,10 +39,10 @@ impl Request {
     ///
     /// # Errors
     /// `Invalid` for a volume that cannot be.
-    pub fn place(&self, scene: &Scene, pose: &Pose, tracer: &Tracer) -> Result<Volume> {
+    pub fn place(&self, world: &World) -> Result<Volume> {
         match self.bounds {
             Some(bounds) => Volume::over(bounds, self.dims),
-            None => Volume::fit(scene, pose, tracer, self.dims),
+            None => Volume::fit(world.scene(), world.pose(), world.tracer(), self.dims),
         }
     }
 }
@@ -123,14 +126,12 @@ impl Default for Request {
     }
 }
 
-/// A server, the scene it looks at, and what its clients know.
-pub struct Content<'s> {
-    scene: &'s Scene,
-    pose: Pose,
-    tracer: Tracer<'s>,
+/// A server and what its clients know.
+pub struct Source {
     server: Server,
     sky: Sky,
     packing: Packing,
+    warm_up: u32,
     id: u32,
     volume: probes::Volume,
     /// The server's light after deringing (irradiance is non-negative).
@@ -145,19 +146,17 @@ pub struct Content<'s> {
     fidelity: Fidelity,
 }
 
-impl<'s> Content<'s> {
-    /// A volume in the scene, in a track of this id. The server has run its warm-up frames at `time`.
+impl Source {
+    /// A volume in a scene, in a track of this id. No light is traced yet.
     ///
     /// # Errors
     /// `Invalid` for a volume or options that cannot be.
-    pub fn new(scene: &'s Scene, request: &Request, time: f64, id: u32) -> Result<Content<'s>> {
-        let pose = scene.pose(time);
-        let tracer = Tracer::new(scene, &pose);
-        let place = request.place(scene, &pose, &tracer)?;
+    pub fn new(world: &World, request: &Request, id: u32) -> Result<Source> {
+        let place = request.place(world)?;
         let mut server = Server::new(place, request.server)?;
         let through = request.server.inside == InsideGeometry::Kept;
         server.measure_geometry(|origin, direction| {
-            nearest(scene, &tracer, (origin, direction), through)
+            nearest(world.scene(), world.tracer(), (origin, direction), through)
         });
         let side = request.server.visibility as u8;
         let volume = probes::Volume {
@@ -171,12 +170,10 @@ impl<'s> Content<'s> {
             },
             coding: request.packing.coding(),
         };
-        let mut content = Content {
-            scene,
-            pose,
-            tracer,
+        Ok(Source {
             sky: request.sky,
             packing: request.packing,
+            warm_up: request.warm_up,
             id,
             light: Vec::new(),
             sent: vec![Probe::ABSENT; place.lattice.count()],
@@ -190,11 +187,7 @@ impl<'s> Content<'s> {
             fidelity: Fidelity::default(),
             volume,
             server,
-        };
-        for _ in 0..request.warm_up {
-            content.tick(time);
-        }
-        Ok(content)
+        })
     }
 
     pub fn server(&self) -> &Server {
@@ -215,12 +208,16 @@ impl<'s> Content<'s> {
         &self.volume
     }
 
-    /// Runs the server for one frame, at a time of the scene.
-    pub fn tick(&mut self, time: f64) -> Tick {
-        self.pose = self.scene.pose(time);
-        self.tracer.update(&self.pose);
-        let paths = PathTracer::new(self.scene, &self.pose, &self.tracer, self.sky);
-        let tick = update(&mut self.server, &paths);
+    /// Runs the server for the frames before the first that is sent.
+    pub fn warm_up(&mut self, world: &World) {
+        (0..self.warm_up).for_each(|_| {
+            self.update(world);
+        });
+    }
+
+    /// Runs the server for one frame.
+    pub fn update(&mut self, world: &World) -> server::Tick {
+        let tick = update(&mut self.server, &world.paths(self.sky));
         let light = (0..self.sent.len()).into_par_iter().map(|probe| {
             let mut light = self.server.l2(probe);
             dering(&mut light, Keep::Irradiance);
@@ -236,7 +233,8 @@ impl<'s> Content<'s> {
         tick
     }
 
-    pub fn report(&self) -> Report {
+    /// Statistics so far.
+    pub fn statistics(&self) -> Report {
         Report {
             probes_present: self.sent.iter().filter(|p| p.level > 0).count(),
             bytes_per_probe_frame: self.delta_bytes as f64
@@ -268,39 +266,6 @@ impl<'s> Content<'s> {
         }
     }
 
-    /// All that a client needs to start at this frame: light and visibility block.
-    pub fn write_keyframe(
-        &mut self,
-        encoder: &mut Encoder,
-        compression: Compression,
-        out: &mut Vec<u8>,
-    ) -> Result<()> {
-        let probes = self.next();
-        let update = Update {
-            track: self.id,
-            base: &[],
-            probes: &probes,
-            visibility: self.visibility(),
-        };
-        let before = out.len();
-        let packed = match update.visibility {
-            Some(_) => compression,
-            None => self.compression(compression),
-        };
-        encoder.probes(out, Coverage::Keyframe, &[update], packed)?;
-        if self.report.bytes_first == 0 {
-            let bytes = (out.len() - before) as u64;
-            self.report.bytes_first = match update.visibility {
-                Some(_) => self.bytes_of_light(&probes, compression)?,
-                None => bytes,
-            };
-            self.report.bytes_visibility = bytes.saturating_sub(self.report.bytes_first);
-        }
-        self.sent = probes;
-        self.compare();
-        Ok(())
-    }
-
     /// The bytes of a keyframe's record without a visibility block.
     fn bytes_of_light(&self, probes: &[Probe], compression: Compression) -> Result<u64> {
         let mut bytes = Vec::new();
@@ -317,38 +282,6 @@ impl<'s> Content<'s> {
         let compression = self.compression(compression);
         encoder.probes(&mut bytes, Coverage::Keyframe, &[update], compression)?;
         Ok((bytes.len() - before) as u64)
-    }
-
-    /// What changed since the last frame. The visibility block never does.
-    pub fn write_delta(
-        &mut self,
-        encoder: &mut Encoder,
-        compression: Compression,
-        out: &mut Vec<u8>,
-    ) -> Result<()> {
-        let probes = self.next();
-        let changed = probes
-            .iter()
-            .zip(&self.sent)
-            .filter(|(a, b)| a != b)
-            .count();
-        let before = out.len();
-        if changed > 0 {
-            let update = Update {
-                track: self.id,
-                base: &self.sent,
-                probes: &probes,
-                visibility: None,
-            };
-            let compression = self.compression(compression);
-            encoder.probes(out, Coverage::Delta, &[update], compression)?;
-        }
-        self.report.probes_sent += changed;
-        self.delta_bytes += (out.len() - before) as u64;
-        self.delta_frames += 1;
-        self.sent = probes;
-        self.compare();
-        Ok(())
     }
 
     /// The compression of a record without visibility: what is entropy-coded has none to gain.
@@ -373,11 +306,6 @@ impl<'s> Content<'s> {
             let got = std::array::from_fn(|lm| Vec3::from_slice(&values[3 * lm..]));
             self.fidelity.add(&self.light[index], &got);
         }
-    }
-
-    /// Adds the state as clients have it.
-    pub fn digest(&self, digest: &mut StateDigest) {
-        digest.probes(self.id, None, &self.sent, self.visibility());
     }
 
     /// The probes as this frame shall have them.
@@ -414,6 +342,99 @@ impl<'s> Content<'s> {
     fn visibility(&self) -> Option<&[u8]> {
         let block = self.server.visibility()?;
         Some(block.texels.as_flattened())
+    }
+}
+
+impl models::Source for Source {
+    fn tracks(&self) -> Vec<codec::Track> {
+        vec![self.track()]
+    }
+
+    fn start(&mut self, world: &World, _progress: &mut dyn FnMut(usize, usize)) -> Tick {
+        self.warm_up(world);
+        self.tick(world)
+    }
+
+    fn tick(&mut self, world: &World) -> Tick {
+        let tick = self.update(world);
+        Tick {
+            rays: tick.rays,
+            trace_time: tick.update_time,
+            ..Tick::default()
+        }
+    }
+
+    /// Light and visibility block.
+    fn write_keyframe(
+        &mut self,
+        encoder: &mut Encoder,
+        compression: Compression,
+        out: &mut Vec<u8>,
+    ) -> Result<()> {
+        let probes = self.next();
+        let update = Update {
+            track: self.id,
+            base: &[],
+            probes: &probes,
+            visibility: self.visibility(),
+        };
+        let before = out.len();
+        let packed = match update.visibility {
+            Some(_) => compression,
+            None => self.compression(compression),
+        };
+        encoder.probes(out, Coverage::Keyframe, &[update], packed)?;
+        if self.report.bytes_first == 0 {
+            let bytes = (out.len() - before) as u64;
+            self.report.bytes_first = match update.visibility {
+                Some(_) => self.bytes_of_light(&probes, compression)?,
+                None => bytes,
+            };
+            self.report.bytes_visibility = bytes.saturating_sub(self.report.bytes_first);
+        }
+        self.sent = probes;
+        self.compare();
+        Ok(())
+    }
+
+    /// The visibility block never changes.
+    fn write_delta(
+        &mut self,
+        encoder: &mut Encoder,
+        compression: Compression,
+        out: &mut Vec<u8>,
+    ) -> Result<()> {
+        let probes = self.next();
+        let changed = probes
+            .iter()
+            .zip(&self.sent)
+            .filter(|(a, b)| a != b)
+            .count();
+        let before = out.len();
+        if changed > 0 {
+            let update = Update {
+                track: self.id,
+                base: &self.sent,
+                probes: &probes,
+                visibility: None,
+            };
+            let compression = self.compression(compression);
+            encoder.probes(out, Coverage::Delta, &[update], compression)?;
+        }
+        self.report.probes_sent += changed;
+        self.delta_bytes += (out.len() - before) as u64;
+        self.delta_frames += 1;
+        self.sent = probes;
+        self.compare();
+        Ok(())
+    }
+
+    fn digest(&self, digest: &mut StateDigest) {
+        digest.probes(self.id, None, &self.sent, self.visibility());
+    }
+
+    fn report(&self, reports: &mut Reports) {
+        reports.probes = Some(self.statistics());
     }
 }
 
@@ -469,7 +490,7 @@ fn exponent(light: &[L2]) -> i8 {
 }
 
 /// One frame of a server in a scene.
-pub fn update(server: &mut Server, paths: &PathTracer) -> Tick {
+pub fn update(server: &mut Server, paths: &PathTracer) -> server::Tick {
     let options = *server.options();
     let follow = Paths::default();
     server.update(|origin, direction, draw| {
