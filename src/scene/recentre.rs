@@ -28,10 +28,7 @@ impl Scene {
             }
             let scales = self.largest_scales();
             for (mesh, scale) in self.meshes.iter_mut().zip(scales) {
-                let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-                for p in &mesh.positions {
-                    (low, high) = (low.min(*p), high.max(*p));
-                }
+                let (low, high) = bounds(&mesh.positions);
                 let middle = (low + high) * 0.5;
                 if far(middle * scale) {
                     mesh.positions.iter_mut().for_each(|p| *p -= middle);
@@ -58,18 +55,35 @@ impl Scene {
         self
     }
 
-    /// The largest scale of any instance of each mesh at the animation's start.
+    /// The largest scale of any instance of each mesh at the animation's start. Skins may bind a mesh
+    /// at another size: those of quantised files do, by their inverse bind matrices.
     fn largest_scales(&self) -> Vec<f32> {
         let mut scales = vec![0.0f32; self.meshes.len()];
         let pose = self.pose(0.0);
-        for (instance, world) in self.instances.iter().zip(&pose.world_from_mesh) {
+        for (i, (instance, world)) in self.instances.iter().zip(&pose.world_from_mesh).enumerate() {
             let m = world.matrix3;
             let scale = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.length());
-            let scale = scale.into_iter().fold(scales[instance.mesh], f32::max);
-            scales[instance.mesh] = scale;
+            let scale = scale.into_iter().fold(0.0, f32::max);
+            let deformed = pose.deformed.get(i).and_then(Option::as_ref);
+            let bound = deformed.map_or(1.0, |deformed| {
+                extent(&deformed.positions) / extent(&self.meshes[instance.mesh].positions)
+            });
+            scales[instance.mesh] = scales[instance.mesh].max(scale * bound);
         }
         scales
     }
+}
+
+fn bounds(positions: &[Vec3]) -> (Vec3, Vec3) {
+    let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let all = positions.iter();
+    all.fold(none, |(low, high), p| (low.min(*p), high.max(*p)))
+}
+
+/// Diagonal of the box about positions.
+fn extent(positions: &[Vec3]) -> f32 {
+    let (low, high) = bounds(positions);
+    low.distance(high)
 }
 
 #[cfg(test)]
