@@ -4,21 +4,29 @@
 //! make up for it. The bounded minimum has none; at each variable either the gradient is zero or the
 //! variable is at a bound that the gradient pushes against.
 //!
-//! Each step is a truncated Newton step (after Gräser and Kornhuber 2009, *Multigrid Methods for
-//! Obstacle Problems*). Sweeps of projected Gauss-Seidel tell which variables belong at a bound; the
-//! others are solved for exactly with those held; what leaves the bounds is cut off, and the energy is
-//! minimised along the way there. No part ever raises the energy and the sweeps alone converge, so
-//! that the sets of variables cannot cycle, as those of plain active set methods did in rooms full
-//! of furniture. A few steps are enough: once the sets are right a step is exact.
+//! A step begins with sweeps of projected Gauss-Seidel, which let variables off their bounds that the
+//! energy pulls away. The others are solved for exactly with those at the bounds held; variables that
+//! leave the interval are held at its end, too, and the rest is solved for again. The step goes
+//! towards that point as far as the energy falls. (A truncated Newton method after Gräser and Kornhuber
+//! 2009, *Multigrid Methods for Obstacle Problems*.) Mostly a few steps are enough.
+//!
+//! Where they are not, because variables are held together that do not belong there together, further
+//! steps hold one after the other: each solve is followed to the first bound in its way. Then every
+//! step ends at the least point of a face of the bounds, no point has more energy than the
+//! last, and no face comes twice.
 
 use super::cholesky::Factor;
 use super::dissect::Tree;
 use super::sparse::Symmetric;
 
-/// Most steps.
-const MAX_STEPS: usize = 60;
+/// Most steps, and how many of them hold variables together.
+const MAX_STEPS: usize = 200;
+const QUICK_STEPS: usize = 12;
 
-/// Sweeps before each Newton step.
+/// Most rounds in which variables are held, in a step.
+const MAX_HOLDS: usize = 100;
+
+/// Sweeps at the start of a step.
 const SWEEPS: usize = 3;
 
 /// The minimum counts as found when no variable moves further in a sweep.
@@ -61,7 +69,10 @@ pub fn solve(matrix: &Symmetric, tree: &Tree, factor: &Factor, b: &[f64]) -> Bou
             change = sweep(matrix, b, &mut x);
         }
         if change > SMALL_CHANGE {
-            newton(matrix, tree, b, &mut x);
+            match steps <= QUICK_STEPS {
+                true => newton(matrix, tree, b, &mut x),
+                false => descend_face(matrix, tree, b, &mut x),
+            }
         }
     }
     Bounded {
@@ -88,31 +99,92 @@ fn sweep(matrix: &Symmetric, b: &[f64], x: &mut [f64]) -> f64 {
     change
 }
 
-/// Goes towards the minimum with the variables that are at a bound held there, as far as the bounds
-/// and the energy allow.
+/// Goes towards the least point of a face of the bounds, as far as the energy falls.
 fn newton(matrix: &Symmetric, tree: &Tree, b: &[f64], x: &mut [f64]) {
-    let is_held: Vec<bool> = x.iter().map(|x| is_bound(*x)).collect();
-    let Some(factor) = Factor::new(matrix, tree, &|i| is_held[i]) else {
+    let Some(aim) = aim(matrix, tree, b, x) else {
         return;
     };
-    let descent: Vec<f64> = (0..x.len())
-        .map(|i| b[i] - matrix.row_times(i, x))
-        .collect();
-    let mut way: Vec<f64> = (0..x.len())
-        .map(|i| if is_held[i] { 0.0 } else { descent[i] })
-        .collect();
-    factor.solve(tree, &mut way);
-    for (way, x) in way.iter_mut().zip(&*x) {
-        *way = (x + *way).clamp(0.0, 1.0) - x;
+    let way: Vec<f64> = aim.iter().zip(&*x).map(|(aim, x)| aim - x).collect();
+    let (mut descent, mut curvature) = (0.0, 0.0);
+    for (i, way_i) in way.iter().enumerate() {
+        descent += way_i * (b[i] - matrix.row_times(i, x));
+        curvature += way_i * matrix.row_times(i, &way);
     }
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let curvature: f64 = (0..x.len())
-        .map(|i| way[i] * matrix.row_times(i, &way))
-        .sum();
     if curvature > 0.0 {
-        let share = (dot(&descent, &way) / curvature).clamp(0.0, 1.0);
+        let share = (descent / curvature).clamp(0.0, 1.0);
         for (x, way) in x.iter_mut().zip(&way) {
             *x = (*x + share * way).clamp(0.0, 1.0);
         }
     }
+}
+
+/// The minimum with the variables held that are at a bound, and those that would leave.
+fn aim(matrix: &Symmetric, tree: &Tree, b: &[f64], x: &[f64]) -> Option<Vec<f64>> {
+    let mut held = at_bounds(x);
+    for _ in 0..MAX_HOLDS {
+        let mut aim = solve_held(matrix, tree, b, &held)?;
+        let mut leaves = false;
+        for (aim, held) in aim.iter_mut().zip(&mut held) {
+            let inside = aim.clamp(0.0, 1.0);
+            if (inside - *aim).abs() > SMALL_CHANGE {
+                *held = Some(inside);
+                leaves = true;
+            }
+            *aim = inside;
+        }
+        if !leaves {
+            return Some(aim);
+        }
+    }
+    None
+}
+
+/// Goes to the least point of the face that the variables at a bound span, or of the first face of it
+/// that is in the way, and so on.
+fn descend_face(matrix: &Symmetric, tree: &Tree, b: &[f64], x: &mut [f64]) {
+    let mut held = at_bounds(x);
+    for _ in 0..MAX_HOLDS {
+        let Some(aim) = solve_held(matrix, tree, b, &held) else {
+            return;
+        };
+        let mut first = (1.0, None);
+        for (i, (aim, x)) in aim.iter().zip(&*x).enumerate() {
+            let inside = aim.clamp(0.0, 1.0);
+            let share = (inside - x) / (aim - x);
+            if (inside - aim).abs() > SMALL_CHANGE && share < first.0 {
+                first = (share, Some((i, inside)));
+            }
+        }
+        for (x, aim) in x.iter_mut().zip(&aim) {
+            *x = (*x + first.0 * (aim - *x)).clamp(0.0, 1.0);
+        }
+        let Some((i, bound)) = first.1 else {
+            return;
+        };
+        x[i] = bound;
+        held[i] = Some(bound);
+    }
+}
+
+/// The values of the variables that are at a bound.
+fn at_bounds(x: &[f64]) -> Vec<Option<f64>> {
+    x.iter().map(|&x| is_bound(x).then_some(x)).collect()
+}
+
+/// The minimum with some variables held.
+fn solve_held(
+    matrix: &Symmetric,
+    tree: &Tree,
+    b: &[f64],
+    held: &[Option<f64>],
+) -> Option<Vec<f64>> {
+    let factor = Factor::new(matrix, tree, &|i| held[i].is_some())?;
+    let right = |i: usize| {
+        let row = matrix.row(i);
+        let of_held = row.filter_map(|(j, value)| Some(value * held[j]?));
+        held[i].unwrap_or_else(|| b[i] - of_held.sum::<f64>())
+    };
+    let mut x: Vec<f64> = (0..held.len()).map(right).collect();
+    factor.solve(tree, &mut x);
+    Some(x)
 }
