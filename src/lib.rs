@@ -4,6 +4,7 @@
 //! wire -> `dapple-codec` -> the model's sampler -> [`render`] -> [`measure`].
 //! Nothing upstream knows what is downstream.
 
+pub mod client;
 pub mod error;
 pub mod points;
 pub mod probes;

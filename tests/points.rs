@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use crate::tiny::{self, Served, Tiny, cuboid, floor, growing_cuboid};
+use dapple::client::Client;
 use dapple::codec::container::HEADER_BYTES;
 use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths};
 use dapple::codec::{Compression, Limits, StateDigest, TickRate};
 use dapple::models::ModelOptions;
-use dapple::points::client::Client;
 use dapple::points::place::Density;
 use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::{Options, Server, Space};
@@ -265,7 +265,7 @@ mod the_client {
     /// Encodes and decodes frame by frame, and holds the client's state against the server's.
     fn follows(scene: &Scene, job: Job) -> Report {
         let mut bytes = Vec::new();
-        let mut client = Client::new(scene, Limits::default());
+        let mut client = Client::of_scene(scene, Limits::default());
         let mut stream = Stream::start(scene, job, &mut bytes, &mut |_, _| {}).expect("started");
         let mut frames = 0;
         loop {
@@ -682,7 +682,7 @@ mod visibility {
         let (bytes, report) = encode(&scene, job);
         assert_eq!((report.rays, points(&report).changed_points), (0, 0));
         // One transform of 13 numbers in a record of its own, and the commit, a frame.
-        let mut client = Client::new(&scene, Limits::default());
+        let mut client = Client::of_scene(&scene, Limits::default());
         let (mut at, mut frames) = (0, 0);
         while at < bytes.len() {
             let (used, shown) = client.push_until(&bytes[at..], frames).expect("decoded");

@@ -2,9 +2,9 @@
 //! layers.
 
 use crate::tiny::{Served, Tiny, cuboid, floor};
+use dapple::client::Client;
 use dapple::codec::Limits;
 use dapple::models::ModelOptions;
-use dapple::points::client::Client;
 use dapple::points::place::Density;
 use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::Options;
@@ -236,7 +236,7 @@ fn what_is_flattened_has_points_and_casts_ao() {
             .expect("started");
         while stream.next_frame(&mut bytes).expect("a frame").is_some() {}
         stream.finish(&mut bytes).expect("finished");
-        let mut client = Client::new(&scene, Limits::default());
+        let mut client = Client::of_scene(&scene, Limits::default());
         assert_eq!(client.push(&bytes).expect("decoded"), 2);
     }
 }

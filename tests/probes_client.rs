@@ -1,12 +1,13 @@
 //! The client's light against path tracing: probes are traced here as they are, neither coded nor
 //! averaged over frames, so that what differs is the client's.
+use dapple::probes::client::ProbesVolume;
 use dapple::probes::dering::{Keep, dering};
 use dapple::probes::lattice::Lattice;
 use dapple::probes::sh::{self, L2};
 use dapple::probes::visibility::{Visibility, texel_direction};
 use dapple::render::gbuffer::{GBuffer, Lookup, NONE};
 use dapple::render::light::{Interpolation, Lit, Source};
-use dapple::render::probes::{ProbeVolume, exponent, texels};
+use dapple::render::probes::{exponent, texels};
 use dapple::render::{Backend, Picture, Renderer, tone};
 use dapple::scene::{CameraPose, Pose, Scene};
 use dapple::trace::Tracer;
@@ -91,20 +92,20 @@ impl Probes {
         }
     }
 
-    fn volume(&self) -> ProbeVolume<'_> {
+    fn volume(&self) -> ProbesVolume<'_> {
         assert_eq!(self.radiance.len(), self.lattice.count());
-        ProbeVolume {
-            lattice: self.lattice,
-            grid_from_world: Affine3A::from_translation(-self.origin),
-            exponent: self.exponent,
-            texels: &self.texels,
-            present: &self.present,
-            visibility: Some(Visibility {
+        ProbesVolume::from_parts(
+            self.lattice,
+            Affine3A::from_translation(-self.origin),
+            self.exponent,
+            &self.texels,
+            &self.present,
+            Some(Visibility {
                 side: SIDE,
                 range: self.range,
                 texels: &self.blocks,
             }),
-        }
+        )
     }
 }
 

@@ -7,7 +7,6 @@ use dapple::probes::client::ProbesVolume;
 use dapple::probes::sample::{Field, IncomingLight};
 use dapple::probes::{ggx, sample, visibility};
 use dapple::render::gpu::Gpu;
-use dapple::render::probes::ProbeVolume;
 use dapple::render::probes::device::{Tables, Volume};
 use dapple_conformance::clauses;
 use dapple_conformance::models::POSITION_UNIT;
@@ -31,11 +30,11 @@ fn vectors() -> Vec<Vector> {
 }
 
 /// What a stream leaves: ids and volumes.
-fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume)> {
+fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume<'static>)> {
     let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
     let volume = |live: &TrackState| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
-        (live.track.id, volume)
+        (live.track.id, volume.into_owned())
     };
     decoder.tracks().iter().map(volume).collect()
 }
@@ -142,7 +141,7 @@ fn ask(
     volume: &ProbesVolume,
     questions: &[Question],
 ) -> Vec<[Vec3; 2]> {
-    let on_device = Volume::new(gpu, &ProbeVolume::of(volume)).expect("the volume fits");
+    let on_device = Volume::new(gpu, volume).expect("the volume fits");
     let questions_ = gpu.storage("questions", bytemuck::cast_slice(questions));
     let questions_ = questions_.expect("the questions fit");
     let size = 32 * questions.len() as u64;

@@ -11,6 +11,7 @@ use super::limits::LimitArgs;
 use super::output::{self, Sink};
 use crate::files;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
+use crate::points::client::PointsView;
 use crate::points::sample::Fallback;
 use crate::points::server::Options;
 use crate::render::gbuffer::Lookup;
@@ -194,14 +195,15 @@ fn drawn(
         (Method::Points, Some(stream_frame)) => {
             let (client, (number, time)) = (&stream_frame.client, stream_frame.frame);
             let server_pose = scene.pose(time);
-            let lookup = if client.looks_up_rest_pose() {
+            let shown = PointsView::new(client);
+            let lookup = if shown.looks_up_rest_pose() {
                 Lookup::Rest
             } else {
                 Lookup::Posed(&server_pose)
             };
             let frame = renderer.frame(pose, lookup, camera, width, height)?;
             let points =
-                renderer.points_ao(&frame.gbuffer, &client.state(), args.client.fallback())?;
+                renderer.points_ao(&frame.gbuffer, &shown.state(), args.client.fallback())?;
             note = format!(
                 "; stream frame {number}, {:.3} % of fragments without a point in reach",
                 100.0 * points.counts.without_point()

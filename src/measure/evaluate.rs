@@ -2,8 +2,9 @@
 
 use super::metrics::{self, Difference};
 use super::reference::{Reference, Score};
+use crate::client::Client;
 use crate::codec::Limits;
-use crate::points::client::Client;
+use crate::points::client::PointsView;
 use crate::points::sample::Fallback;
 use crate::points::server::Server;
 use crate::render::gbuffer::Lookup;
@@ -135,7 +136,8 @@ pub fn evaluate(
             let pose = scene.pose(reference.time);
             let time = client.last_frame().map_or(start, |(_, time)| time);
             let server_pose = scene.pose(time);
-            let lookup = if client.looks_up_rest_pose() {
+            let shown_points = PointsView::new(client);
+            let lookup = if shown_points.looks_up_rest_pose() {
                 Lookup::Rest
             } else {
                 Lookup::Posed(&server_pose)
@@ -143,7 +145,8 @@ pub fn evaluate(
             let camera = view.at(&pose);
             let looked_up =
                 renderer.gbuffer(&pose, lookup, &camera, gbuffer.width, gbuffer.height)?;
-            let points = renderer.points_ao(&looked_up, &client.state(), playback.fallback)?;
+            let points =
+                renderer.points_ao(&looked_up, &shown_points.state(), playback.fallback)?;
             counts.add(&points.counts);
             scores.push(reference.score(&points.ao)?);
             last_ao = points.ao;
@@ -152,7 +155,7 @@ pub fn evaluate(
     };
 
     let mut bytes = Vec::new();
-    let mut client = Client::new(scene, Limits::default());
+    let mut client = Client::of_scene(scene, Limits::default());
     let mut stream = Stream::with_points(world, server, startup_time, job, &mut bytes)?;
     let mut number = 0;
     loop {

@@ -253,7 +253,7 @@ pub fn settled_ddgi(
 
 /// A decoded volume and the size of its keyframe.
 pub struct DecodedVolume {
-    pub volume: ProbesVolume,
+    pub volume: ProbesVolume<'static>,
     /// Bytes of the keyframe's record without the visibility block, and of the block.
     pub bytes_first: u64,
     pub bytes_visibility: u64,
@@ -286,7 +286,8 @@ pub fn through_a_stream(content: &mut Source, packing: Packing) -> Result<Decode
         }
     }
     let volume = decoder.tracks().first();
-    let volume = volume.and_then(|live| ProbesVolume::new(&decoder, live));
+    let volume =
+        volume.and_then(|live| ProbesVolume::new(&decoder, live).map(ProbesVolume::into_owned));
     let volume = volume.ok_or_else(|| Error::Invalid("the stream has no volume".into()))?;
     Ok(DecodedVolume {
         volume,

@@ -5,7 +5,6 @@
 
 #[cfg(feature = "encode")]
 pub mod chunks;
-#[cfg(feature = "encode")]
 pub mod client;
 #[cfg(feature = "encode")]
 pub mod eliminate;

@@ -9,9 +9,10 @@
 pub mod device;
 
 use super::gbuffer::{Fragment, GBuffer, NONE};
-use super::probes::{ProbeVolume, volume_at};
+use super::probes::volume_at;
 use super::shadow::Maps;
 use super::view::View;
+use crate::probes::client::ProbesVolume;
 use crate::probes::sample::{self, Field, Material};
 use crate::scene::{LightPose, Pose};
 use crate::trace::path::bsdf::{Bsdf, seen_normal};
@@ -40,7 +41,7 @@ pub enum Source<'a> {
     None,
     /// Volumes of probes. Each place is lit by the first volume that holds it, else by the nearest.
     Probes {
-        volumes: &'a [ProbeVolume<'a>],
+        volumes: &'a [ProbesVolume<'a>],
         interpolation: Interpolation,
     },
     /// Another method has found it, a value a pixel.
@@ -82,7 +83,7 @@ impl Lit {
 /// reading back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timings {
-    /// Uploading pixels, lights and probes; on the CPU decoding f16.
+    /// Uploading pixels, lights and probes; 0 on the CPU.
     pub upload: Duration,
     /// Drawing those shadow maps that changed since the last call, or tracing all of them.
     pub shadows: Duration,
@@ -116,7 +117,7 @@ pub(super) const SKY: u32 = u32::MAX - 1;
 pub(super) fn check(gbuffer: &GBuffer, source: &Source) -> Result<()> {
     match source {
         Source::None => Ok(()),
-        Source::Probes { volumes, .. } => volumes.iter().try_for_each(ProbeVolume::check),
+        Source::Probes { volumes, .. } => volumes.iter().try_for_each(ProbesVolume::check),
         Source::Supplied(light) if light.len() == gbuffer.fragments.len() => Ok(()),
         Source::Supplied(light) => Err(Error::Invalid(format!(
             "indirect light of {} pixels does not fit a picture of {}",
@@ -209,7 +210,7 @@ pub(super) fn transmit(direct: &mut [Vec3], gbuffer: &GBuffer, view: &View, path
 pub(super) fn indirect(
     pixel: &Pixel,
     eye: Vec3,
-    volumes: &[ProbeVolume],
+    volumes: &[ProbesVolume],
     fields: &[Field],
     interpolation: Interpolation,
 ) -> Indirect {
@@ -256,14 +257,7 @@ pub(super) fn on_cpu(
             interpolation,
         } => {
             let clock = std::time::Instant::now();
-            let radiance: Vec<_> = volumes.iter().map(ProbeVolume::radiance).collect();
-            let fields: Vec<_> = volumes
-                .iter()
-                .zip(&radiance)
-                .map(|(v, r)| v.field(r))
-                .collect();
-            timings.upload += clock.elapsed();
-            let clock = std::time::Instant::now();
+            let fields: Vec<_> = volumes.iter().map(ProbesVolume::field).collect();
             let light = |p: &Pixel| indirect(p, eye, volumes, &fields, *interpolation);
             let light = pixels.par_iter().map(light).collect();
             timings.indirect = clock.elapsed();

@@ -5,14 +5,13 @@ use super::{Args, Method};
 use crate::Result;
 use crate::cli::output;
 use crate::cli::progress::Progress;
+use crate::client::Client;
 use crate::measure::light::{FirstHits, WARM_UP, from_ddgi, settled_ddgi};
-use crate::points::client::Client;
-use crate::probes::client::ProbesVolume;
+use crate::probes::client::{ProbesView, ProbesVolume};
 use crate::probes::server::Options;
 use crate::probes::volume::Volume;
 use crate::render::gbuffer::Lookup;
 use crate::render::light::{Indirect, Interpolation, Source};
-use crate::render::probes::ProbeVolume;
 use crate::render::tone::develop;
 use crate::render::{Picture, Renderer};
 use crate::scene::{CameraPose, Pose, Scene};
@@ -47,26 +46,21 @@ pub fn picture(
     camera: &CameraPose,
     renderer: &mut Renderer,
 ) -> Result<Picture> {
-    let decoder = client.decoder();
-    let live = decoder.tracks().iter();
-    let volumes: Vec<ProbesVolume> = live
-        .filter_map(|live| ProbesVolume::new(decoder, live))
-        .collect();
+    let volumes = ProbesView::new(client).volumes;
     if method == Method::Probes && args.interpolation == Between::VisibilityWeighted {
         warn_of_leaks(&volumes);
     }
-    let views: Vec<ProbeVolume> = volumes.iter().map(ProbeVolume::of).collect();
     let (width, height) = args.view.size;
     let sky = args.path.sky();
     let gbuffer = renderer.gbuffer(pose, Lookup::Rest, camera, width, height)?;
     let supplied: Vec<Indirect>;
-    let source = match (method, views.first()) {
+    let source = match (method, volumes.first()) {
         (Method::Ddgi, Some(volume)) => {
             supplied = by_ddgi(args, scene, pose, camera, volume, &sky);
             Source::Supplied(&supplied)
         }
         _ => Source::Probes {
-            volumes: &views,
+            volumes: &volumes,
             interpolation: match args.interpolation {
                 Between::Trilinear => Interpolation::Trilinear,
                 Between::VisibilityWeighted => Interpolation::VisibilityWeighted,
@@ -96,7 +90,7 @@ fn by_ddgi(
     scene: &Scene,
     pose: &Pose,
     camera: &CameraPose,
-    volume: &ProbeVolume,
+    volume: &ProbesVolume,
     sky: &Sky,
 ) -> Vec<Indirect> {
     let tracer = Tracer::new(scene, pose);

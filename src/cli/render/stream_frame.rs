@@ -3,8 +3,8 @@
 use super::{Args, Method};
 use crate::cli::args::Rate;
 use crate::cli::stream;
+use crate::client::Client;
 use crate::codec::{ModelKind, TickRate};
-use crate::points::client::Client;
 use crate::scene::Scene;
 use crate::{Error, Result, files};
 use std::path::Path;
@@ -36,7 +36,7 @@ impl StreamFrame {
         };
         let mut source = stream::Source::open(path)?;
         files::protect(path);
-        let mut client = Client::new(scene, args.limits.limits());
+        let mut client = Client::of_scene(scene, args.limits.limits());
         let mut buffer = vec![0; 1 << 16];
         let mut unread = 0..0;
         let mut times = None;

@@ -53,7 +53,7 @@ pub fn settled(world: &World, request: &Request) -> Result<Source> {
 ///
 /// # Errors
 /// Those of the codec.
-pub fn decoded(content: &mut Source, packing: Packing) -> Result<ProbesVolume> {
+pub fn decoded(content: &mut Source, packing: Packing) -> Result<ProbesVolume<'static>> {
     Ok(through_a_stream(content, packing)?.volume)
 }
 

@@ -166,7 +166,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
                     // Also if it is not a number.
                     *all = if one <= *all { *all } else { one };
                 }
-                client = Some(volume);
+                client = Some(volume.into_owned());
             },
         )?;
         let client: ProbesVolume = client.ok_or_else(fixture::no_frame)?;

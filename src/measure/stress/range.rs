@@ -135,7 +135,7 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
         let field = packed.field();
         let figure = error(field.radiance, &right, field.present);
         finding.bounded(&at, "error, packed", figure, Bound::AtMost(PACKED_ERROR));
-        finding.add(&at, "exponent", f64::from(packed.volume.exponent));
+        finding.add(&at, "exponent", f64::from(packed.exponent));
 
         let side = effort.of(5, 10);
         let dark = places::in_room(SEALED[0], SEALED[1], side);

@@ -105,7 +105,7 @@ fn device_and_cpu_light_alike_by_the_same_maps() {
 fn within_a_subtexel(
     pixel: &Pixel,
     eye: Vec3,
-    volumes: &[ProbeVolume],
+    volumes: &[ProbesVolume],
     fields: &[Field],
 ) -> (Indirect, Indirect) {
     let volume = &volumes[pixel.volume as usize];
@@ -181,12 +181,7 @@ fn device_and_cpu_interpolate_alike() {
             depths: Vec::new(),
         };
         let (_, on_cpu) = on_cpu(&pixels, eye, &dark, &empty, &source, &mut timings);
-        let radiance: Vec<_> = volumes.iter().map(ProbeVolume::radiance).collect();
-        let fields: Vec<_> = volumes
-            .iter()
-            .zip(&radiance)
-            .map(|(v, r)| v.field(r))
-            .collect();
+        let fields: Vec<_> = volumes.iter().map(ProbesVolume::field).collect();
         // A block's share falls by powers beyond the mean distance, and rounding with it.
         let rounding = if visible { 2e-4 } else { 1e-5 };
         let mut farthest = 0.0f32;

@@ -1,7 +1,7 @@
 //! Probe volumes on a graphics device: the texels as a storage buffer and as seven 3D textures.
 
-use super::ProbeVolume;
 use crate::codec::probes::TEXELS;
+use crate::probes::client::ProbesVolume;
 use crate::probes::ggx::{ENVIRONMENT, LOBE};
 use crate::render::gpu::Gpu;
 use crate::{Error, Result};
@@ -53,8 +53,8 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// Uploads a volume whole. It must pass [`ProbeVolume::check`].
-    pub fn new(gpu: &Gpu, volume: &ProbeVolume) -> Result<Volume> {
+    /// Uploads a volume whole. It must pass [`ProbesVolume::check`].
+    pub fn new(gpu: &Gpu, volume: &ProbesVolume) -> Result<Volume> {
         let grid = &volume.grid_from_world;
         let columns = [
             grid.matrix3.x_axis,
@@ -62,7 +62,7 @@ impl Volume {
             grid.matrix3.z_axis,
             grid.translation,
         ];
-        let visibility = volume.visibility;
+        let visibility = volume.visibility();
         let parameters = GpuVolume {
             grid_from_world: columns.map(|c| [c.x, c.y, c.z, 0.0]),
             dims: volume.lattice.dims.map(u32::from),
@@ -83,7 +83,7 @@ impl Volume {
         blocks.resize(blocks.len().next_multiple_of(4), 0);
         Ok(Volume {
             parameters: gpu.uniform("volume", bytemuck::bytes_of(&parameters)),
-            texels: gpu.storage("texels", bytemuck::cast_slice(volume.texels))?,
+            texels: gpu.storage("texels", bytemuck::cast_slice(&volume.texels))?,
             present: gpu.storage("presence", bytemuck::cast_slice(&bits))?,
             visibility: gpu.storage("visibility", &blocks)?,
             planes: planes(gpu, volume)?,
@@ -112,7 +112,7 @@ impl Volume {
 }
 
 /// The seven planes as textures for the hardware's trilinear filter.
-fn planes(gpu: &Gpu, volume: &ProbeVolume) -> Result<Vec<wgpu::TextureView>> {
+fn planes(gpu: &Gpu, volume: &ProbesVolume) -> Result<Vec<wgpu::TextureView>> {
     let [width, height, depth] = volume.lattice.dims.map(u32::from);
     let most = gpu.device.limits().max_texture_dimension_3d;
     if width.max(height).max(depth) > most {

@@ -1,6 +1,9 @@
 use super::*;
 use crate::codec::probes::f32_from_f16;
 use crate::points::sample::tests::Random;
+use crate::probes::lattice::Lattice;
+use crate::probes::visibility::Visibility;
+use glam::Affine3A;
 
 /// A made-up volume that owns its arrays.
 pub struct MadeUp {
@@ -42,19 +45,19 @@ impl MadeUp {
         }
     }
 
-    pub fn volume(&self, visibility: bool) -> ProbeVolume<'_> {
-        ProbeVolume {
-            lattice: self.lattice,
-            grid_from_world: self.grid_from_world,
-            exponent: self.exponent,
-            texels: &self.texels,
-            present: &self.present,
-            visibility: visibility.then_some(Visibility {
+    pub fn volume(&self, visibility: bool) -> ProbesVolume<'_> {
+        ProbesVolume::from_parts(
+            self.lattice,
+            self.grid_from_world,
+            self.exponent,
+            &self.texels,
+            &self.present,
+            visibility.then_some(Visibility {
                 side: self.side,
                 range: self.range,
                 texels: &self.blocks,
             }),
-        }
+        )
     }
 }
 
@@ -71,17 +74,19 @@ fn texels_hold_what_was_put_into_them() {
         (0..6).all(|p| texels[6 * 6 + p][3] == 0),
         "the 28th is spare"
     );
-    let volume = ProbeVolume {
-        lattice: Lattice {
-            dims: [3, 2, 1],
-            spacing: Vec3::ONE,
-        },
-        grid_from_world: Affine3A::IDENTITY,
-        exponent,
-        texels: &texels,
-        present: &[true; 6],
-        visibility: None,
+    let lattice = Lattice {
+        dims: [3, 2, 1],
+        spacing: Vec3::ONE,
     };
+    let present = vec![true; 6];
+    let volume = ProbesVolume::from_parts(
+        lattice,
+        Affine3A::IDENTITY,
+        exponent,
+        &texels,
+        present,
+        None,
+    );
     volume.check().unwrap();
     for (a, b) in radiance
         .iter()
@@ -97,20 +102,13 @@ fn texels_hold_what_was_put_into_them() {
 
 #[test]
 fn what_is_missing_is_an_error() {
-    let made = MadeUp::new(4, [3, 2, 2], Vec3::ONE, Affine3A::IDENTITY);
-    made.volume(true).check().unwrap();
-    let whole = made.volume(true);
-    let mut few = whole;
-    few.texels = &made.texels[1..];
-    let mut unmarked = whole;
-    unmarked.present = &made.present[1..];
-    let mut blind = whole;
-    blind.visibility = Some(Visibility {
-        side: 8,
-        range: 1.0,
-        texels: &made.blocks[64..],
-    });
-    let mut none = whole;
+    let whole = MadeUp::new(4, [3, 2, 2], Vec3::ONE, Affine3A::IDENTITY);
+    whole.volume(true).check().unwrap();
+    let made = || MadeUp::new(4, [3, 2, 2], Vec3::ONE, Affine3A::IDENTITY);
+    let [mut few, mut unmarked, mut blind, mut none] = [made(), made(), made(), made()];
+    few.texels.pop();
+    unmarked.present.pop();
+    blind.blocks.truncate(64);
     none.lattice.dims = [0, 2, 2];
     for (volume, word) in [
         (few, "texels"),
@@ -118,7 +116,7 @@ fn what_is_missing_is_an_error() {
         (blind, "visibility"),
         (none, "probe"),
     ] {
-        let error = volume.check().unwrap_err().to_string();
+        let error = volume.volume(true).check().unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
     }
 }
