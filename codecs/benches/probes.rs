@@ -157,8 +157,8 @@ fn run(case: &Case) -> Result<()> {
             decoder.clear_dirty();
         }
     }
-    let live = &decoder.tracks()[0];
-    assert_eq!(decoder.probes().probes_of(live), base);
+    let track = &decoder.tracks()[0];
+    assert_eq!(decoder.probes().probes_of(track), base);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let later = SETTLING..FRAMES;
     let times: Vec<f64> = times.iter().map(|times| best(times) * 1e3).collect();

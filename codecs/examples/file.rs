@@ -25,7 +25,7 @@ fn decode(path: &Path) -> Result<u32, Box<dyn Error>> {
                 // Here the decoder has the light of this frame.
                 print!("frame {}, {} tracks", frame.number, decoder.tracks().len());
                 for model in ModelKind::ALL {
-                    print!(", {} {}", frame.count(model), model.name());
+                    print!(", {} items of {}", frame.count(model), model.name());
                 }
                 println!();
                 frames += 1;

@@ -80,7 +80,7 @@ pub struct DirtyRange {
     pub end: u32,
 }
 
-/// Ranges that changed, in the order they came; settled into ascending order.
+/// Ranges that changed, in the order they came; merged into ascending order.
 #[derive(Default)]
 pub(crate) struct DirtyList {
     ranges: Vec<DirtyRange>,
@@ -89,14 +89,14 @@ pub(crate) struct DirtyList {
 }
 
 impl DirtyList {
-    /// No ranges, of which there are at most `most` once they are settled. Reserves all its memory.
+    /// No ranges, of which there are at most `most` once they are merged. Reserves all its memory.
     pub(crate) fn new(most: usize) -> Result<DirtyList, ErrorKind> {
         let mut list = DirtyList::default();
         list.reserve(most)?;
         Ok(list)
     }
 
-    /// Sets how many ranges there may be once they are settled, and reserves memory for them.
+    /// Sets how many ranges there may be once they are merged, and reserves memory for them.
     pub(crate) fn reserve(&mut self, most: usize) -> Result<(), ErrorKind> {
         self.most = most;
         let more = (4 * most).saturating_sub(self.ranges.len());
@@ -107,7 +107,7 @@ impl DirtyList {
         self.add(index as u32, index as u32 + 1);
     }
 
-    /// What changed: ascending and merged, once settled.
+    /// What changed: ascending and merged, once merged.
     pub(crate) fn ranges(&self) -> &[DirtyRange] {
         &self.ranges
     }
@@ -127,13 +127,13 @@ impl DirtyList {
             return;
         }
         if self.ranges.len() >= 4 * self.most {
-            self.settle();
+            self.merge();
         }
         self.ranges.push(DirtyRange { start, end });
     }
 
     /// Sorts and merges.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn merge(&mut self) {
         if self.ranges.len() < 2 {
             return;
         }

@@ -3,7 +3,7 @@
 use crate::container::unpack::Unpacker;
 use crate::error::{ErrorDetail, ErrorKind, Limit};
 
-/// What is kept of a track without its path: on its way in, live, in the frame that waits, and among
+/// What is kept of a track without its path: while it is read, in the state, in the pending frame, and among
 /// the places that it may leave free.
 pub(crate) const TRACK_BYTES: u64 = 2048;
 /// Dirty ranges, and lists of free places for no tracks.
@@ -28,11 +28,11 @@ pub struct Limits {
     pub frame_bytes: u32,
     /// Window of a zstd frame. Default 8 MiB, which RFC 8878 asks every decoder to support.
     pub zstd_window_bytes: u32,
-    /// Live tracks. Default 65 536.
+    /// Tracks that are declared and not removed. Default 65 536.
     pub tracks: u32,
     /// UTF-8 bytes of a track's path. Default 1024.
     pub path_bytes: u32,
-    /// Bytes of decoded state of all live tracks: 32 a bucket and 36 a cell. Default 512 MiB.
+    /// Bytes of decoded state of all tracks: 32 a bucket and 36 a cell. Default 512 MiB.
     pub state_bytes: u64,
     /// Steps of work ([`crate::Decoder::work`]) for each byte of the stream so far, beyond those that
     /// `state_bytes` allows: one for two bytes of it. Default 400.
@@ -125,7 +125,7 @@ impl Limits {
     /// It is the sum of
     /// - `stored_bytes` for a record that is still arriving,
     /// - `unpacked_bytes` for an unpacked record of any type but `points`,
-    /// - `frame_bytes` for the frame that waits for its commit,
+    /// - `frame_bytes` for the pending frame,
     /// - `state_bytes` for the state,
     /// - 2048 bytes of bookkeeping for each of `tracks`,
     /// - the largest of those five once more: a buffer that grows is copied, and one does so at a

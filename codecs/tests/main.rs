@@ -5,7 +5,7 @@ mod common;
 mod volumes;
 
 mod encoder_misuse;
+mod errors;
 mod probes;
-mod reject;
 mod stream;
 mod work;

@@ -71,7 +71,7 @@ const ZSTD: Compression = if cfg!(feature = "std") {
     Compression::Lz4
 };
 
-/// Runs `f` with a fresh decoder, which must take at least `least` bytes and at most what its limits
+/// Runs `f` with a new decoder, which must take at least `least` bytes and at most what its limits
 /// state. What C allocates is outside Rust's allocator: it is one context, counted by its size.
 fn within(limits: Limits, least: usize, f: impl FnOnce(&mut Decoder)) {
     let mut context = 0;
@@ -163,7 +163,7 @@ fn allocations() {
         for _ in 0..300 {
             let mut damaged = bytes.clone();
             for _ in 0..random.below(3) {
-                // Header fields and payloads with checksums mended, so that the claims are read.
+                // Header fields and payloads with checksums recomputed, so that the claims are read.
                 let starts = records(&damaged);
                 let at = starts[random.below(starts.len() as u32) as usize];
                 let value = random.next() >> random.below(32);

@@ -174,7 +174,7 @@ fn resume_goes_on_at_the_next_group() {
 fn resume_waits_for_no_byte_of_an_empty_payload() {
     let (bytes, _) = stream(Compression::None, false);
     let start = records(&bytes)[1];
-    // Of a record that is passed over, and of one that is taken in and too short.
+    // Of a record that is skipped, and of one that is read and too short.
     for (record_type, critical) in [(0x7000, false), (3, true)] {
         let mut ahead = with_header(&bytes, start, |h| {
             h.record_type = record_type;

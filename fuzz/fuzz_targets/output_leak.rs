@@ -1,4 +1,4 @@
-//! A decoder that decoded something else before, and was reset, gives what a fresh one gives: old
+//! A decoder that decoded something else before, and was reset, gives what a new one gives: old
 //! contents of its buffers do not show.
 #![no_main]
 

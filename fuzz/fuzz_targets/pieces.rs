@@ -5,7 +5,7 @@
 use dapple_codec::Error;
 use dapple_fuzz::LIMITS;
 use dapple_fuzz::recompute::{Recompute, recompute};
-use dapple_fuzz::viewer::{Observed, ShownTrack, Viewer};
+use dapple_fuzz::viewer::{EventDigest, ShownTrack, Viewer};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {
@@ -28,7 +28,7 @@ fuzz_target!(|data: &[u8]| {
     assert_eq!(whole, cut);
 });
 
-type Outcome = (Vec<Observed>, Vec<Error>, u64, Vec<ShownTrack>);
+type Outcome = (Vec<EventDigest>, Vec<Error>, u64, Vec<ShownTrack>);
 
 fn outcome(bytes: &[u8], mut cut: impl FnMut(usize) -> usize) -> Outcome {
     let mut viewer = Viewer::new(LIMITS);

@@ -7,7 +7,7 @@ use dapple_codec::{Decoder, ModelKind};
 use crate::stream_builder::StreamBuilder;
 use crate::{models, server};
 
-/// Appends a record that fits, or nearly fits, what `decoder` has seen so far.
+/// Appends a record that fits, or nearly fits, what `decoder` has read so far.
 pub fn record(
     u: &mut Unstructured<'_>,
     decoder: &Decoder,

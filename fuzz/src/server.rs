@@ -9,7 +9,7 @@ use dapple_codec::{
     TickRate, Track, Transform,
 };
 
-use crate::models::{self, Content, Named};
+use crate::models::{self, Content, TrackContent};
 use crate::viewer::ShownTrack;
 
 /// A valid stream.
@@ -235,7 +235,7 @@ impl Server {
                     }
                     continue;
                 }
-                named.push(Named {
+                named.push(TrackContent {
                     id: table.track.id,
                     model: table.track.model,
                     content: &mut table.content,

@@ -9,7 +9,7 @@ use crate::models::{self, Content};
 
 /// An event, and the digest of the state after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Observed {
+pub struct EventDigest {
     /// What came.
     pub event: Event,
     /// Digest of the state.
@@ -39,7 +39,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// A fresh decoder.
+    /// A new decoder.
     pub fn new(limits: Limits) -> Viewer {
         let decoder = Decoder::new(limits);
         let digest = decoder.state_digest();
@@ -53,7 +53,7 @@ impl Viewer {
     }
 
     /// One push, and all that must hold after it.
-    pub fn push(&mut self, input: &[u8]) -> Result<(usize, Observed), Error> {
+    pub fn push(&mut self, input: &[u8]) -> Result<(usize, EventDigest), Error> {
         let before = self.decoder.position();
         let result = self.decoder.push(input);
         let used = (self.decoder.position() - before) as usize;
@@ -76,7 +76,7 @@ impl Viewer {
                 }
                 Ok((
                     consumed,
-                    Observed {
+                    EventDigest {
                         event,
                         digest: self.digest,
                     },
@@ -105,7 +105,7 @@ impl Viewer {
         &mut self,
         bytes: &[u8],
         mut cut: impl FnMut(usize) -> usize,
-    ) -> (Vec<Observed>, Result<(), Error>) {
+    ) -> (Vec<EventDigest>, Result<(), Error>) {
         let mut seen = Vec::new();
         let mut rest = bytes;
         loop {
@@ -139,7 +139,7 @@ impl Viewer {
     }
 
     /// Pushes everything at once.
-    pub fn feed_whole(&mut self, bytes: &[u8]) -> (Vec<Observed>, Result<(), Error>) {
+    pub fn feed_whole(&mut self, bytes: &[u8]) -> (Vec<EventDigest>, Result<(), Error>) {
         self.feed(bytes, |left| left)
     }
 

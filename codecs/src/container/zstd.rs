@@ -442,7 +442,7 @@ mod tests {
                 frame.push(b'a');
             }
             let checked = check_frame(&frame, 2048, 8 << 20);
-            checked.map(|_| ()).map_err(|failure| failure.fault)
+            checked.map(|_| ()).map_err(|failure| failure.kind)
         };
         assert_eq!(check(&[1024, 1024]), Ok(()));
         assert_eq!(check(&[1025, 1023]), Err(ErrorKind::ZstdFrame));
@@ -455,7 +455,7 @@ mod tests {
         let frame = zstd_frame(3, false, &payload);
         let check = |frame: &[u8]| {
             let checked = check_frame(frame, 5000, 8 << 20);
-            checked.map(|_| ()).map_err(|f| f.fault)
+            checked.map(|_| ()).map_err(|f| f.kind)
         };
         assert_eq!(check(&frame), Ok(()));
         assert_eq!(
@@ -469,7 +469,7 @@ mod tests {
         for end in 0..frame.len() {
             assert_eq!(check(&frame[..end]), Err(ErrorKind::ZstdFrame));
         }
-        let window = check_frame(&frame, 5000, 4999).map_err(|f| f.fault);
+        let window = check_frame(&frame, 5000, 4999).map_err(|f| f.kind);
         assert_eq!(window.err(), Some(ErrorKind::ZstdWindow));
         let mut with_checksum = zstd::bulk::Compressor::new(3).unwrap();
         with_checksum.include_checksum(true).unwrap();

@@ -119,8 +119,8 @@ pub struct Decoder {
     digest: twox_hash::XxHash64,
     /// Records so far, which is also the next sequence number.
     records: u64,
-    /// After [`Decoder::resume`]: pass over everything up to a group that can be decoded.
-    searching: bool,
+    /// After [`Decoder::resume`]: skip everything up to a group that can be decoded.
+    resynchronising: bool,
     /// Records were lost, so the totals of the end record cannot match.
     damaged: bool,
 }
@@ -152,7 +152,7 @@ impl Decoder {
             payload: Vec::new(),
             digest: twox_hash::XxHash64::with_seed(0),
             records: 0,
-            searching: false,
+            resynchronising: false,
             damaged: false,
         }
     }
@@ -201,7 +201,7 @@ impl Decoder {
         }
     }
 
-    /// After an error: go on at the next group that can be decoded, passing over what comes before
+    /// After an error: go on at the next group that can be decoded, skipping what comes before
     /// it (tracks that are declared on the way are taken in). Returns false where that is
     /// impossible, since the framing is lost; then only [`Decoder::reset`] helps. Push from
     /// [`Decoder::position`] on. Without an error it is without effect.
@@ -214,7 +214,7 @@ impl Decoder {
             Recovery::AtHeader => Phase::Header,
             Recovery::AtPayload => Phase::Payload,
         };
-        self.searching = true;
+        self.resynchronising = true;
         self.damaged = true;
         if recovery == Recovery::AtPayload {
             match self.check_header() {
@@ -222,8 +222,8 @@ impl Decoder {
                 Err(_) => self.phase = Phase::Skip(self.header.stored_bytes),
             }
             if self.header.stored_bytes == 0 {
-                // Such a payload is there already. Nothing is told of it: it is passed over, or
-                // too short for any record, and then a fault that a search keeps to itself.
+                // Such a payload is there already. Nothing is told of it: it is skipped, or
+                // too short for any record, and errors are not told during resynchronisation.
                 let _ = self.step(&[]);
             }
         }
@@ -240,7 +240,7 @@ impl Decoder {
         self.stored.clear();
         self.digest = twox_hash::XxHash64::with_seed(0);
         self.records = 0;
-        self.searching = false;
+        self.resynchronising = false;
         self.damaged = false;
     }
 

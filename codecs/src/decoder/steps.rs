@@ -62,7 +62,7 @@ impl Decoder {
                     return Ok(Some(Event::NeedInput));
                 }
                 self.next_record();
-                Ok((!self.searching).then_some(Event::Skipped {
+                Ok((!self.resynchronising).then_some(Event::Skipped {
                     record_type: self.header.record_type,
                     stored_bytes: self.header.stored_bytes,
                 }))
@@ -92,7 +92,7 @@ impl Decoder {
         let expected = self.records;
         match header.sequence {
             sequence if sequence == expected => {}
-            sequence if sequence > expected && self.searching => {}
+            sequence if sequence > expected && self.resynchronising => {}
             sequence if sequence > expected => return Err(ErrorKind::RecordGap.into()),
             sequence if sequence + 1 == expected => return Err(ErrorKind::RecordDuplicate.into()),
             _ => return Err(ErrorKind::RecordOrder.into()),
@@ -118,7 +118,7 @@ impl Decoder {
         if is_stream != self.session.rate.is_none() {
             return Err(ErrorKind::NoStream.into());
         }
-        let wanted = !self.searching
+        let wanted = !self.resynchronising
             || matches!(
                 header.record_type,
                 record_type::STREAM
@@ -183,8 +183,8 @@ impl Decoder {
                 }
                 Ok(event)
             }
-            // A group that builds on a lost state, and others like it: the search goes on.
-            Err(failure) if self.searching && failure.fault != ErrorKind::Memory => {
+            // A group that builds on a lost state, and others like it: it goes on to the next record.
+            Err(failure) if self.resynchronising && failure.kind != ErrorKind::Memory => {
                 self.session.rollback();
                 self.next_record();
                 Ok(None)
@@ -207,15 +207,15 @@ impl Decoder {
             && packing == Packing::None
         {
             // The copy is staged only once its CRC is known to match.
-            let room = self.session.reserve_content(bytes, &self.limits);
-            let (crc, room) = match room {
-                Ok(room) => (crc32c_copy(stored, room), Ok(())),
+            let memory = self.session.reserve_content(bytes, &self.limits);
+            let (crc, memory) = match memory {
+                Ok(memory) => (crc32c_copy(stored, memory), Ok(())),
                 Err(failure) => (crc32c(stored), Err(failure)),
             };
             if crc != header.payload_crc {
                 return Err(ErrorKind::PayloadChecksum.into());
             }
-            room?;
+            memory?;
             self.session.content(kind, bytes)?;
             return Ok(None);
         }
@@ -224,8 +224,8 @@ impl Decoder {
         }
         let window = self.limits.zstd_window_bytes;
         if let Some(kind) = model {
-            let room = self.session.reserve_content(bytes, &self.limits)?;
-            self.unpacker.unpack(packing, stored, room, window)?;
+            let memory = self.session.reserve_content(bytes, &self.limits)?;
+            self.unpacker.unpack(packing, stored, memory, window)?;
             self.session.content(kind, bytes)?;
             return Ok(None);
         }
@@ -249,7 +249,7 @@ impl Decoder {
             record_type::STREAM => Some(Event::Stream(self.session.stream(payload)?)),
             record_type::GROUP => {
                 let (id, start) = self.session.group(payload)?;
-                self.searching = false;
+                self.resynchronising = false;
                 Some(Event::Group { id, start })
             }
             record_type::TRACK => Some(Event::Tracks {
@@ -272,7 +272,7 @@ impl Decoder {
     }
 
     fn end(&mut self, end: End) -> core::result::Result<(), ErrorDetail> {
-        if self.session.is_open() && !self.searching {
+        if self.session.is_open() && !self.resynchronising {
             return Err(ErrorKind::Uncommitted.into());
         }
         if !self.damaged && end.records != self.records {

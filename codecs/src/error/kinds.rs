@@ -336,7 +336,7 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
     (
         ErrorKind::VolumeVisibility,
         "volume-visibility",
-        "the side or the range of a visibility block is none that there may be",
+        "the side or the range of a visibility block is out of bounds",
     ),
     (
         ErrorKind::VolumeSteps,

@@ -13,7 +13,7 @@ pub type Result<T> = core::result::Result<T, Error>;
 
 /// What went wrong, and where. `Display` gives one sentence.
 ///
-/// `id` is stable: it means the same fault in every version of the library, and the table in
+/// `id` is stable: it means the same error in every version of the library, and the table in
 /// `spec/README.md` lists it. [`Error::name`] is its short name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
@@ -33,7 +33,7 @@ pub struct Error {
     pub track: Option<u32>,
 }
 
-/// The layer of the format that a fault belongs to; the first digit of its number.
+/// The layer of the format that an error belongs to; the first digit of its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Layer {
@@ -157,15 +157,15 @@ impl Limit {
 /// An error before its offset is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ErrorDetail {
-    pub(crate) fault: ErrorKind,
+    pub(crate) kind: ErrorKind,
     class: ErrorClass,
     found: Option<u64>,
     track: Option<u32>,
 }
 
 impl From<ErrorKind> for ErrorDetail {
-    fn from(fault: ErrorKind) -> Self {
-        let class = match fault {
+    fn from(kind: ErrorKind) -> Self {
+        let class = match kind {
             ErrorKind::PreambleChecksum
             | ErrorKind::HeaderChecksum
             | ErrorKind::PayloadChecksum
@@ -187,7 +187,7 @@ impl From<ErrorKind> for ErrorDetail {
             _ => ErrorClass::Malformed,
         };
         ErrorDetail {
-            fault,
+            kind,
             class,
             found: None,
             track: None,
@@ -197,7 +197,7 @@ impl From<ErrorKind> for ErrorDetail {
 
 impl ErrorDetail {
     /// A claim beyond a limit.
-    pub(crate) fn limit(fault: ErrorKind, which: Limit, asked: u64, allowed: u64) -> ErrorDetail {
+    pub(crate) fn limit(kind: ErrorKind, which: Limit, asked: u64, allowed: u64) -> ErrorDetail {
         let class = ErrorClass::LimitExceeded {
             which,
             asked,
@@ -205,15 +205,15 @@ impl ErrorDetail {
         };
         ErrorDetail {
             class,
-            ..ErrorDetail::from(fault)
+            ..ErrorDetail::from(kind)
         }
     }
 
     /// A number that is none of those that are known.
-    pub(crate) fn found(fault: ErrorKind, number: impl Into<u64>) -> ErrorDetail {
+    pub(crate) fn found(kind: ErrorKind, number: impl Into<u64>) -> ErrorDetail {
         ErrorDetail {
             found: Some(number.into()),
-            ..ErrorDetail::from(fault)
+            ..ErrorDetail::from(kind)
         }
     }
 
@@ -227,7 +227,7 @@ impl ErrorDetail {
 
     /// The public error, at a byte offset.
     pub(crate) fn at(self, offset: u64) -> Error {
-        let id = self.fault as u16;
+        let id = self.kind as u16;
         let layer = match id / 1000 {
             1 => Layer::Framing,
             2 => Layer::Record,
@@ -246,7 +246,7 @@ impl ErrorDetail {
 }
 
 impl Error {
-    /// The short, stable name of the fault, such as `header-checksum`.
+    /// The short, stable name of the error, such as `header-checksum`.
     pub fn name(&self) -> &'static str {
         entry(self.id).1
     }
@@ -255,7 +255,7 @@ impl Error {
 fn entry(id: u16) -> (ErrorKind, &'static str, &'static str) {
     TABLE
         .iter()
-        .find(|(fault, _, _)| *fault as u16 == id)
+        .find(|(kind, _, _)| *kind as u16 == id)
         .copied()
         .unwrap_or((
             ErrorKind::Failed,
@@ -300,12 +300,12 @@ mod tests {
     #[test]
     fn the_specification_lists_every_error() {
         let readme = include_str!("../../../spec/README.md");
-        for (fault, name, sentence) in TABLE {
-            let class = match ErrorDetail::from(*fault).class {
+        for (kind, name, sentence) in TABLE {
+            let class = match ErrorDetail::from(*kind).class {
                 _ if name.ends_with("-limit") || *name == "zstd-window" => "LimitExceeded",
                 class => class.name(),
             };
-            let row = format!("| {} | {name} | {class} | {sentence} |\n", *fault as u16);
+            let row = format!("| {} | {name} | {class} | {sentence} |\n", *kind as u16);
             assert!(readme.contains(&row), "spec/README.md lacks: {row}");
         }
         let rows = readme.lines().filter(|line| {
@@ -317,16 +317,16 @@ mod tests {
 
     #[test]
     fn class_names_are_variant_names() {
-        for (fault, _, _) in TABLE {
-            let class = ErrorDetail::from(*fault).class;
+        for (kind, _, _) in TABLE {
+            let class = ErrorDetail::from(*kind).class;
             assert_eq!(class.name(), format!("{class:?}"));
         }
     }
 
     #[test]
     fn errors_are_one_sentence() {
-        for (fault, name, _) in TABLE {
-            let error = ErrorDetail::from(*fault).at(99);
+        for (kind, name, _) in TABLE {
+            let error = ErrorDetail::from(*kind).at(99);
             assert_eq!(error.name(), *name);
             let text = format!("{error}");
             assert!(

@@ -32,13 +32,13 @@ impl FreeRanges {
         Some(start)
     }
 
-    /// Gives a range back, for use once [`FreeRanges::settle`] has put it in its place.
+    /// Gives a range back, for use once [`FreeRanges::merge`] has put it in its place.
     pub(crate) fn give(&mut self, start: u32, length: u32) {
         self.free.push((start, length));
     }
 
     /// Sorts and merges, so that many ranges that are given back cost one pass.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn merge(&mut self) {
         self.free.sort_unstable();
         self.free.dedup_by(|next, kept| {
             let touch = kept.0 + kept.1 == next.0;
@@ -62,16 +62,16 @@ mod tests {
     fn ranges_merge_again() {
         let mut ranges = FreeRanges::default();
         ranges.give(0, 30);
-        ranges.settle();
+        ranges.merge();
         let taken = [ranges.take(10), ranges.take(10), ranges.take(10)];
         assert_eq!(taken, [Some(0), Some(10), Some(20)]);
         assert_eq!(ranges.take(1), None);
         ranges.give(20, 10);
         ranges.give(0, 10);
-        ranges.settle();
+        ranges.merge();
         assert_eq!(ranges.take(11), None);
         ranges.give(10, 10);
-        ranges.settle();
+        ranges.merge();
         assert_eq!(ranges.free, [(0, 30)]);
     }
 }

@@ -9,7 +9,7 @@ use crate::session::track::{Track, TrackState};
 
 /// The pending frame at its commit, or for a digest of the state that it leaves.
 #[derive(Clone, Copy)]
-pub(crate) struct Pending<'a> {
+pub(crate) struct PendingView<'a> {
     /// All payloads of its model records.
     pub(crate) payloads: &'a [u8],
     /// It starts from an empty state.
@@ -67,10 +67,15 @@ pub(crate) trait ModelState {
 
     /// Writes the frame into the state: what is staged, tracks that it leaves empty, and removals. Returns
     /// how many items the frame carried.
-    fn commit(&mut self, pending: Pending<'_>, tracks: &[TrackState]) -> u32;
+    fn commit(&mut self, pending: PendingView<'_>, tracks: &[TrackState]) -> u32;
 
     /// Adds a track's content to `digest`: as it is committed, or as the pending frame leaves it.
-    fn digest(&self, track: &TrackState, pending: Option<Pending<'_>>, digest: &mut StateDigest);
+    fn digest(
+        &self,
+        track: &TrackState,
+        pending: Option<PendingView<'_>>,
+        digest: &mut StateDigest,
+    );
 
     /// Steps of work since the last call ([`crate::Decoder::work`]).
     fn take_work(&mut self) -> u64;

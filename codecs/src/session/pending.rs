@@ -8,7 +8,7 @@ use super::transforms::Transform;
 use crate::error::ErrorKind;
 use crate::memory::reserve::{grown, reserve_bounded, reserve_exact};
 use crate::models::ModelKind;
-use crate::models::state::Pending;
+use crate::models::state::PendingView;
 
 /// A frame that was committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +51,8 @@ impl PendingFrame {
     }
 
     /// What models are told of it.
-    pub(crate) fn view(&self, removes: bool) -> Pending<'_> {
-        Pending {
+    pub(crate) fn view(&self, removes: bool) -> PendingView<'_> {
+        PendingView {
             payloads: self.payloads.get(),
             emptied: self.emptied,
             removes,

@@ -200,12 +200,12 @@ pub struct Shown {
 }
 
 pub fn shown(decoder: &Decoder) -> Shown {
-    let tracks = decoder.tracks().iter().map(|live| {
+    let tracks = decoder.tracks().iter().map(|track| {
         (
-            live.track.clone(),
-            live.transform,
-            decoder.points().buckets_of(live).to_vec(),
-            decoder.points().cells_of(live).to_vec(),
+            track.track.clone(),
+            track.transform,
+            decoder.points().buckets_of(track).to_vec(),
+            decoder.points().cells_of(track).to_vec(),
         )
     });
     Shown {

@@ -159,11 +159,11 @@ pub struct ShownVolume {
     pub visibility: Option<Vec<u8>>,
 }
 
-pub fn shown_volume(decoder: &Decoder, live: &TrackState) -> ShownVolume {
+pub fn shown_volume(decoder: &Decoder, track: &TrackState) -> ShownVolume {
     let state = decoder.probes();
     ShownVolume {
-        probes: state.probes_of(live).to_vec(),
-        texels: state.texels_of(live).to_vec(),
-        visibility: state.visibility_of(live).map(<[u8]>::to_vec),
+        probes: state.probes_of(track).to_vec(),
+        texels: state.texels_of(track).to_vec(),
+        visibility: state.visibility_of(track).map(<[u8]>::to_vec),
     }
 }

@@ -58,7 +58,7 @@ pub fn check(kind: ModelKind, decoder: &Decoder) -> u64 {
 pub fn write(
     u: &mut Unstructured<'_>,
     kind: ModelKind,
-    tracks: Vec<Named<'_>>,
+    tracks: Vec<TrackContent<'_>>,
     encoder: &mut Encoder,
     out: &mut Vec<u8>,
 ) -> Result<()> {
@@ -69,7 +69,7 @@ pub fn write(
 }
 
 /// A track that a frame has content of.
-pub struct Named<'a> {
+pub struct TrackContent<'a> {
     /// Its id.
     pub id: u32,
     /// Its parameters.

@@ -9,7 +9,7 @@ use dapple_codec::points::{
 };
 use dapple_codec::{Decoder, Encoder, Model, TrackState};
 
-use super::{Named, in_records};
+use super::{TrackContent, in_records};
 use crate::records::{matrix_and_dims, put, some};
 use crate::server::{compression, matrix};
 
@@ -179,7 +179,7 @@ impl Content {
     }
 
     /// What is to be sent: what changed, or all that is in use.
-    fn update(&mut self, id: u32, keyframe: bool) -> Owned {
+    fn update(&mut self, id: u32, keyframe: bool) -> OwnedUpdate {
         let mut buckets = std::mem::take(&mut self.changed_buckets);
         let mut cells = std::mem::take(&mut self.changed_cells);
         if keyframe {
@@ -190,7 +190,7 @@ impl Content {
             let used = (0..).zip(&self.cells).filter(|(_, c)| **c != Cell::FREE);
             cells = used.map(|(index, _)| index).collect();
         }
-        Owned {
+        OwnedUpdate {
             track: id,
             buckets: buckets.iter().map(|&i| self.buckets[i as usize]).collect(),
             bucket_indices: buckets.into_iter().collect(),
@@ -201,7 +201,7 @@ impl Content {
 }
 
 /// An owned [`Update`].
-struct Owned {
+struct OwnedUpdate {
     track: u32,
     bucket_indices: Vec<u32>,
     buckets: Vec<Bucket>,
@@ -212,7 +212,7 @@ struct Owned {
 /// Changes tracks and writes them ([`super::write`]).
 pub fn write(
     u: &mut Unstructured<'_>,
-    tracks: Vec<Named<'_>>,
+    tracks: Vec<TrackContent<'_>>,
     encoder: &mut Encoder,
     out: &mut Vec<u8>,
 ) -> Result<()> {

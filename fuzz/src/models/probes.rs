@@ -7,7 +7,7 @@ use dapple_codec::probes::{
 };
 use dapple_codec::{Compression, Decoder, Encoder, EncoderConfig, GroupStart, Model, TrackState};
 
-use super::{Named, in_records};
+use super::{TrackContent, in_records};
 use crate::records::{matrix_and_dims, put, some};
 use crate::server::{compression, matrix};
 
@@ -231,7 +231,7 @@ impl Content {
 /// Changes tracks and writes them ([`super::write`]).
 pub fn write(
     u: &mut Unstructured<'_>,
-    tracks: Vec<Named<'_>>,
+    tracks: Vec<TrackContent<'_>>,
     encoder: &mut Encoder,
     out: &mut Vec<u8>,
 ) -> Result<()> {

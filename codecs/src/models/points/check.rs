@@ -38,7 +38,7 @@ pub(super) fn check_track(
     if staged.keyframe && !emptied && filled {
         homes.fill(EMPTY);
     }
-    let committed = (!staged.keyframe && !emptied).then(|| Committed {
+    let committed = (!staged.keyframe && !emptied).then(|| CommittedTrack {
         buckets: &state.buckets[place.buckets()],
         cells: &state.cells[place.cells()],
     });
@@ -51,7 +51,7 @@ pub(super) fn check_track(
 }
 
 /// What a track had before a delta.
-struct Committed<'a> {
+struct CommittedTrack<'a> {
     buckets: &'a [Bucket],
     cells: &'a [Cell],
 }
@@ -61,7 +61,7 @@ struct Committed<'a> {
 fn check_cells<const B: usize, const S: usize>(
     sections: &Sections<'_>,
     place: &Place,
-    committed: Option<Committed<'_>>,
+    committed: Option<CommittedTrack<'_>>,
     next_homes: &mut [u32],
 ) -> Result<(), ErrorKind> {
     // The volume is at most 2^32 - 1.

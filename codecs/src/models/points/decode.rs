@@ -12,7 +12,7 @@ use crate::error::ErrorKind;
 use crate::memory::reserve::reserve_bounded;
 use crate::models::ModelKind;
 use crate::models::payload_header::{Base, PayloadHeader, ShapeErrors};
-use crate::models::state::{ModelState, Pending, Rollback};
+use crate::models::state::{ModelState, PendingView, Rollback};
 use crate::session::digest::StateDigest;
 use crate::session::track::{self, Track, TrackState};
 
@@ -64,7 +64,7 @@ impl Store {
         &self,
         place: &Place,
         staged: Option<&StagedTrack>,
-        pending: Pending<'_>,
+        pending: PendingView<'_>,
         digest: &mut StateDigest,
     ) {
         let sections = staged.map(|staged| Sections::new(pending.payloads, staged));
@@ -217,7 +217,7 @@ impl ModelState for Store {
         }
     }
 
-    fn commit(&mut self, pending: Pending<'_>, tracks: &[TrackState]) -> u32 {
+    fn commit(&mut self, pending: PendingView<'_>, tracks: &[TrackState]) -> u32 {
         let cells = self.write_staged(pending.payloads);
         if pending.emptied {
             for track in tracks {
@@ -233,12 +233,17 @@ impl ModelState for Store {
         if pending.removes {
             self.state.remove(|id| track::is_removed(tracks, id));
         }
-        self.state.settle_dirty();
+        self.state.merge_dirty();
         self.emptied = false;
         cells
     }
 
-    fn digest(&self, track: &TrackState, pending: Option<Pending<'_>>, digest: &mut StateDigest) {
+    fn digest(
+        &self,
+        track: &TrackState,
+        pending: Option<PendingView<'_>>,
+        digest: &mut StateDigest,
+    ) {
         let Some(place) = self.state.place_of(track) else {
             return;
         };

@@ -138,9 +138,9 @@ impl State {
     }
 
     /// Sorts and merges the dirty ranges.
-    pub(super) fn settle_dirty(&mut self) {
-        self.dirty_buckets.settle();
-        self.dirty_cells.settle();
+    pub(super) fn merge_dirty(&mut self) {
+        self.dirty_buckets.merge();
+        self.dirty_cells.merge();
     }
 
     /// Plans places for the tracks of the model. Returns the bytes of state with them too, or none
@@ -213,7 +213,7 @@ impl State {
             self.touch(&place);
             self.places.push(place);
         }
-        self.settle_dirty();
+        self.merge_dirty();
         Ok(())
     }
 
@@ -230,8 +230,8 @@ impl State {
             }
         }
         self.places.retain(|place| !removed(place.id));
-        self.free_buckets.settle();
-        self.free_cells.settle();
+        self.free_buckets.merge();
+        self.free_cells.merge();
     }
 
     /// All buckets empty, all cells free.

@@ -9,17 +9,17 @@ const OTHER_LEVEL: usize = CHANGED + 2 * 4;
 /// Which level it has then, by the one of the base: whether it is the highest of the three others,
 /// and if not whether it is the next.
 const LEVEL: usize = OTHER_LEVEL + 1;
-/// Whether a group has a residual: fresh or not, by group, by how many neighbours have one there,
+/// Whether a group has a residual: intra or not, by group, by how many neighbours have one there,
 /// and whether the group before has one.
 const ANY: usize = LEVEL + 4 * 2;
-/// Whether a code has one: fresh or not, by group, by how many neighbours have one there.
+/// Whether a code has one: intra or not, by group, by how many neighbours have one there.
 const SOME: usize = ANY + 2 * 6 * 4 * 2;
-/// Whether the sign is against that of the neighbours: fresh or not, luma or chroma, by how sure
+/// Whether the sign is against that of the neighbours: intra or not, luma or chroma, by how sure
 /// they are.
 const AGAINST: usize = SOME + 2 * 6 * 4;
-/// Whether the magnitude has another bit: fresh or not, by group, by how many it has.
+/// Whether the magnitude has another bit: intra or not, by group, by how many it has.
 const LONGER: usize = AGAINST + 2 * 2 * 3;
-/// The bit below the highest one: fresh or not, by group.
+/// The bit below the highest one: intra or not, by group.
 const SECOND: usize = LONGER + 2 * 6 * LENGTHS;
 /// Number of contexts.
 pub(super) const CONTEXTS: usize = SECOND + 2 * 6;
@@ -28,8 +28,8 @@ pub(super) const CONTEXTS: usize = SECOND + 2 * 6;
 const LENGTHS: usize = 6;
 
 #[inline(always)]
-pub(super) fn changed(fresh: bool, around: usize) -> usize {
-    CHANGED + usize::from(fresh) * 4 + around
+pub(super) fn changed(intra: bool, neighbours: usize) -> usize {
+    CHANGED + usize::from(intra) * 4 + neighbours
 }
 
 #[inline(always)]
@@ -43,28 +43,28 @@ pub(super) fn level(base: u8, second: bool) -> usize {
 }
 
 #[inline(always)]
-pub(super) fn any(fresh: bool, group: usize, around: usize, before: bool) -> usize {
-    ANY + ((usize::from(fresh) * 6 + group) * 4 + around) * 2 + usize::from(before)
+pub(super) fn any(intra: bool, group: usize, neighbours: usize, before: bool) -> usize {
+    ANY + ((usize::from(intra) * 6 + group) * 4 + neighbours) * 2 + usize::from(before)
 }
 
 #[inline(always)]
-pub(super) fn some(fresh: bool, group: usize, around: usize) -> usize {
-    SOME + (usize::from(fresh) * 6 + group) * 4 + around
+pub(super) fn some(intra: bool, group: usize, neighbours: usize) -> usize {
+    SOME + (usize::from(intra) * 6 + group) * 4 + neighbours
 }
 
 #[inline(always)]
-pub(super) fn against(fresh: bool, group: usize, sure: usize) -> usize {
-    AGAINST + (usize::from(fresh) * 2 + group % 2) * 3 + sure
+pub(super) fn against(intra: bool, group: usize, sure: usize) -> usize {
+    AGAINST + (usize::from(intra) * 2 + group % 2) * 3 + sure
 }
 
 #[inline(always)]
-pub(super) fn longer(fresh: bool, group: usize, length: usize) -> usize {
-    LONGER + (usize::from(fresh) * 6 + group) * LENGTHS + length.min(LENGTHS - 1)
+pub(super) fn longer(intra: bool, group: usize, length: usize) -> usize {
+    LONGER + (usize::from(intra) * 6 + group) * LENGTHS + length.min(LENGTHS - 1)
 }
 
 #[inline(always)]
-pub(super) fn second(fresh: bool, group: usize) -> usize {
-    SECOND + usize::from(fresh) * 6 + group
+pub(super) fn second(intra: bool, group: usize) -> usize {
+    SECOND + usize::from(intra) * 6 + group
 }
 
 /// All contexts at their start.

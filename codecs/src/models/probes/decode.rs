@@ -13,7 +13,7 @@ use crate::entropy;
 use crate::error::ErrorKind;
 use crate::memory::reserve::reserve_bounded;
 use crate::models::payload_header::{Base, PayloadHeader, ShapeErrors};
-use crate::models::state::{ModelState, Pending, Rollback};
+use crate::models::state::{ModelState, PendingView, Rollback};
 use crate::models::{ModelKind, Parameters};
 use crate::session::digest::StateDigest;
 use crate::session::track::{self, Track, TrackState};
@@ -37,12 +37,12 @@ fn section_work(probes: usize, changed: u32) -> u64 {
 #[derive(Default)]
 pub(crate) struct Store {
     pub(crate) state: State,
-    staged: Vec<Staged>,
+    staged: Vec<StagedVolume>,
     work: u64,
 }
 
 /// A track of the pending frame, whose probes are decoded.
-struct Staged {
+struct StagedVolume {
     /// Index in the state's list of volumes.
     index: usize,
     /// Where its payload starts in those of the frame.
@@ -56,7 +56,7 @@ struct Staged {
 impl Store {
     /// What is kept of a track beside its arrays: dirty ranges, and what its sets round up, too.
     pub(super) const TRACK_BYTES: usize = size_of::<VolumeState>()
-        + size_of::<Staged>()
+        + size_of::<StagedVolume>()
         + 4 * MAX_DIRTY * size_of::<DirtyRange>()
         + 8 * SETS;
 
@@ -144,7 +144,7 @@ impl ModelState for Store {
             let changed = decode(probes, volume, header.keyframe);
             // Kept before the result is looked at, so that an error rolls it back.
             tracks[entry.slot].staged = Some(self.staged.len() as u32);
-            self.staged.push(Staged {
+            self.staged.push(StagedVolume {
                 index,
                 payload: payload.start,
                 keyframe: header.keyframe,
@@ -173,7 +173,7 @@ impl ModelState for Store {
         }
     }
 
-    fn commit(&mut self, pending: Pending<'_>, tracks: &[TrackState]) -> u32 {
+    fn commit(&mut self, pending: PendingView<'_>, tracks: &[TrackState]) -> u32 {
         let changed = self.write_staged(pending.payloads);
         if pending.emptied {
             for track in tracks {
@@ -191,7 +191,12 @@ impl ModelState for Store {
         changed
     }
 
-    fn digest(&self, track: &TrackState, pending: Option<Pending<'_>>, digest: &mut StateDigest) {
+    fn digest(
+        &self,
+        track: &TrackState,
+        pending: Option<PendingView<'_>>,
+        digest: &mut StateDigest,
+    ) {
         let Some(volume) = self.state.of(track) else {
             return;
         };

@@ -49,10 +49,10 @@ pub(super) fn code<C: Coder>(
         let before = |axis: usize| (place[axis] > 0).then(|| at - strides[axis]);
         let marks = [0, 1, 2].map(|axis| before(axis).map_or(0, |near| walk.marks[near]));
         let base = walk.probes[at];
-        let fresh = base.level == 0;
-        let context = contexts::changed(fresh, count(marks, CHANGED));
+        let intra = base.level == 0;
+        let context = contexts::changed(intra, count(marks, CHANGED));
         if count(marks, CHANGED) == 0 && coder.is_sure(context) {
-            let most = walk.quiet(at, strides, coder.is_sure(contexts::changed(!fresh, 0)));
+            let most = walk.quiet(at, strides, coder.is_sure(contexts::changed(!intra, 0)));
             let run = coder.zeros(most);
             if run > 0 {
                 at += run;
@@ -63,13 +63,13 @@ pub(super) fn code<C: Coder>(
         let wanted = wanted.map_or(&Probe::ABSENT, |wanted| &wanted[at]);
         if coder.bit(context, *wanted != base) {
             let (done, rest) = walk.probes.split_at_mut(at);
-            let around = Around {
+            let neighbours = Neighbours {
                 probes: [0, 1, 2].map(|axis| before(axis).map(|near| &done[near])),
                 marks,
             };
             walk.changed.insert(at);
             let probe = &mut rest[0];
-            walk.marks[at] = code_probe(coder, scales, &around, &base, wanted, probe)?;
+            walk.marks[at] = code_probe(coder, scales, &neighbours, &base, wanted, probe)?;
             changed_probes += 1;
         }
         at += 1;
@@ -111,12 +111,12 @@ fn count(marks: [Mark; 3], bits: Mark) -> usize {
 }
 
 /// The neighbours that come before a probe, one step back along each axis.
-struct Around<'a> {
+struct Neighbours<'a> {
     probes: [Option<&'a Probe>; 3],
     marks: [Mark; 3],
 }
 
-impl Around<'_> {
+impl Neighbours<'_> {
     /// How many have one of these bits.
     #[inline(always)]
     fn count(&self, bits: Mark) -> usize {
@@ -157,7 +157,7 @@ impl Around<'_> {
 fn code_probe<C: Coder>(
     coder: &mut C,
     scales: &Scales,
-    around: &Around<'_>,
+    neighbours: &Neighbours<'_>,
     base: &Probe,
     wanted: &Probe,
     probe: &mut Probe,
@@ -170,17 +170,17 @@ fn code_probe<C: Coder>(
     let mut mark = CHANGED;
     let mut before = false;
     for (index, group) in GROUPS[..2 * usize::from(level)].iter().enumerate() {
-        let fresh = usize::from(base.level) <= group.degree;
-        if fresh {
+        let intra = usize::from(base.level) <= group.degree;
+        if intra {
             for code in group.start..group.end {
                 // A mean of codes in range.
-                probe.codes[code] = around.mean(group.degree, code) as i16;
+                probe.codes[code] = neighbours.mean(group.degree, code) as i16;
             }
         }
         let codes = group.start..group.end;
         let bits = ((1 << group.end) - (1 << group.start)) as Mark;
         let wanted_any = wanted.codes[codes.clone()] != probe.codes[codes.clone()];
-        let context = contexts::any(fresh, index, around.count(bits), before);
+        let context = contexts::any(intra, index, neighbours.count(bits), before);
         before = coder.bit(context, wanted_any);
         if !before {
             continue;
@@ -191,15 +191,15 @@ fn code_probe<C: Coder>(
             let residual = i32::from(wanted.codes[code]) - predicted;
             // The last one has a residual for sure where none before has.
             let sure = code == last && mark & bits == 0;
-            let context = contexts::some(fresh, index, around.count(1 << code));
+            let context = contexts::some(intra, index, neighbours.count(1 << code));
             if !(sure || coder.bit(context, residual != 0)) {
                 continue;
             }
-            let sign = around.sign(code);
-            let context = contexts::against(fresh, index, sign.unsigned_abs().min(2) as usize);
+            let sign = neighbours.sign(code);
+            let context = contexts::against(intra, index, sign.unsigned_abs().min(2) as usize);
             let against = coder.bit(context, (residual < 0) != (sign < 0));
             let negative = against != (sign < 0);
-            let magnitude = code_magnitude(coder, fresh, index, residual.unsigned_abs());
+            let magnitude = code_magnitude(coder, intra, index, residual.unsigned_abs());
             let value = match negative {
                 true => predicted - magnitude as i32,
                 false => predicted + magnitude as i32,
@@ -236,12 +236,12 @@ fn code_level<C: Coder>(coder: &mut C, base: u8, wanted: u8) -> u8 {
 
 /// A magnitude of 1 or more: its length in bits, then the bits below the highest one.
 #[inline(always)]
-fn code_magnitude<C: Coder>(coder: &mut C, fresh: bool, group: usize, wanted: u32) -> u32 {
+fn code_magnitude<C: Coder>(coder: &mut C, intra: bool, group: usize, wanted: u32) -> u32 {
     let wanted_length = wanted.max(1).ilog2() as usize;
     let mut length = 0;
     while length < LONGEST - 1
         && coder.bit(
-            contexts::longer(fresh, group, length),
+            contexts::longer(intra, group, length),
             length < wanted_length,
         )
     {
@@ -251,7 +251,7 @@ fn code_magnitude<C: Coder>(coder: &mut C, fresh: bool, group: usize, wanted: u3
     for below in (0..length).rev() {
         let bit = wanted >> below & 1 == 1;
         let bit = match below + 1 == length {
-            true => coder.bit(contexts::second(fresh, group), bit),
+            true => coder.bit(contexts::second(intra, group), bit),
             false => coder.even_bit(bit),
         };
         magnitude = magnitude << 1 | u32::from(bit);

@@ -236,7 +236,7 @@ impl VolumeState {
         } = self;
         let dims = self.volume.dims;
         steps += fill.update(dims, probes, texels, |probe| dirty.add_one(probe));
-        dirty.settle();
+        dirty.merge();
         steps
     }
 

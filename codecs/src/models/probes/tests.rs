@@ -317,13 +317,13 @@ fn odd_numbers_are_quantized_without_a_panic() {
 }
 
 /// Counts the bits of each sort on their way to a writer.
-struct Counting<'a> {
+struct CountingCoder<'a> {
     writer: Writer<'a>,
     counts: &'a mut [[u32; 2]; contexts::CONTEXTS],
     bits: u64,
 }
 
-impl Coder for Counting<'_> {
+impl Coder for CountingCoder<'_> {
     fn bit(&mut self, context: usize, bit: bool) -> bool {
         self.counts[context][usize::from(bit)] += 1;
         self.bits += 1;
@@ -371,7 +371,7 @@ fn encode(
             .collect();
         let mut bytes = Vec::new();
         let mut initial = contexts::initial();
-        let mut coder = Counting {
+        let mut coder = CountingCoder {
             writer: Writer::new(&mut bytes, &mut initial),
             counts,
             bits: 0,
