@@ -10,7 +10,11 @@ use super::limits::LimitArgs;
 use crate::codec::points::PointWidths;
 use crate::codec::{Compression, TickRate};
 use crate::models::Model;
+use crate::points::sample::Fallback;
+use crate::points::server::Space;
 use crate::points::server::hidden::MIN_AO;
+use crate::points::store::Overflow;
+use crate::probes::server::InsideGeometry;
 use crate::render::MAX_SIDE;
 use crate::scene::{LoadOptions, Scene};
 use crate::{Error, Result};
@@ -172,16 +176,6 @@ pub struct ProbesArgs {
     pub sky: Vec3,
 }
 
-/// What is done with probes inside geometry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum InsideGeometry {
-    /// They are not sent and count for nothing: no light leaks through geometry.
-    Disabled,
-    /// They see through the geometry around them, as in the paper: surfaces have probes behind them,
-    /// and light may leak through.
-    Kept,
-}
-
 /// A coding of the model `probes`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Coding {
@@ -198,35 +192,9 @@ pub struct ClientArgs {
     /// Milliseconds from a server frame to its use.
     #[arg(long, value_name = "MS", default_value = "0", value_parser = latency)]
     pub latency_ms: f64,
-    /// AO of a fragment with no point in reach: `one` as in the paper (Eq. 4), or `fill`:
-    /// filled from the points about it.
+    /// AO of a fragment with no point in reach.
     #[arg(long, default_value = "fill")]
     pub fallback: Fallback,
-}
-
-/// Space that a skinned mesh's points live in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Space {
-    /// They move with the skin, as in the paper.
-    Posed,
-    /// They stay in the rest pose, where fragments look them up.
-    Rest,
-}
-
-/// What becomes of points that do not fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Overflow {
-    /// They go into further cells of the same key.
-    Chain,
-    /// They are dropped, as in the paper, and counted.
-    Drop,
-}
-
-/// What a fragment without a point in reach is given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Fallback {
-    One,
-    Fill,
 }
 
 /// Bits of a packed point.

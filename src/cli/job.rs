@@ -5,10 +5,9 @@ use super::progress::Progress;
 use super::{effects, output};
 use crate::models::{Model, ModelOptions};
 use crate::points::place::Density;
-use crate::points::server::{Options, Space};
-use crate::points::store::Overflow;
+use crate::points::server::Options;
 use crate::probes;
-use crate::probes::server::{Hysteresis, InsideGeometry};
+use crate::probes::server::Hysteresis;
 use crate::probes::source::{Packing, Request};
 use crate::scene::Scene;
 use crate::scene::camera::DEFAULT_YFOV;
@@ -74,14 +73,8 @@ impl EncodeArgs {
             distance: self.distance.unwrap_or(fitted.distance),
             threshold: self.threshold as f32 / 255.0,
             widths: self.width.widths(),
-            overflow: match self.overflow {
-                args::Overflow::Chain => Overflow::Chain,
-                args::Overflow::Drop => Overflow::Drop,
-            },
-            space: match self.space {
-                args::Space::Posed => Space::Posed,
-                args::Space::Rest => Space::Rest,
-            },
+            overflow: self.overflow,
+            space: self.space,
             min_ao: self.min_ao,
             seed: self.seed as u64,
             visibility: !self.no_visibility,
@@ -142,10 +135,7 @@ impl ProbesArgs {
                     true => Hysteresis::Adaptive(self.hysteresis),
                     false => Hysteresis::Fixed(self.hysteresis),
                 },
-                inside: match self.inside {
-                    args::InsideGeometry::Disabled => InsideGeometry::Disabled,
-                    args::InsideGeometry::Kept => InsideGeometry::Kept,
-                },
+                inside: self.inside,
                 visibility: self.visibility_side,
                 seed: seed.into(),
                 ..Default::default()

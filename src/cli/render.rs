@@ -12,9 +12,9 @@ use super::output::{self, Sink};
 use crate::files;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
 use crate::points::client::PointsView;
-use crate::points::sample::Fallback;
 use crate::points::server::Options;
 use crate::render::gbuffer::Lookup;
+use crate::render::light::Interpolation;
 use crate::render::{Backend, Picture, Renderer, composite};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
@@ -45,7 +45,7 @@ pub struct Args {
     method: Option<Method>,
     /// How probes are interpolated.
     #[arg(long, default_value = "visibility-weighted")]
-    interpolation: probes::Between,
+    interpolation: Interpolation,
     /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
     #[arg(long, value_name = "RATE")]
     fps: Option<Rate>,
@@ -60,7 +60,7 @@ pub struct Args {
     path: path::PathArgs,
     /// What draws.
     #[arg(long, default_value = "auto")]
-    backend: Drawing,
+    backend: Backend,
     #[command(flatten)]
     limits: LimitArgs,
     /// Write ambient occlusion alone, as a gray picture.
@@ -87,14 +87,6 @@ pub enum Method {
     Probes,
     /// The same with DDGI's probes in the place of the stream's.
     Ddgi,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Drawing {
-    /// A graphics device if there is one, else the CPU.
-    Auto,
-    Gpu,
-    Cpu,
 }
 
 /// Frames a second of `--frame` where there is no stream.
@@ -155,7 +147,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         let direct_only = method == Method::Direct;
         path::picture(&args.path, &scene, &pose, &camera, args, direct_only)?
     } else {
-        let mut renderer = Renderer::new(&scene, args.backend.into())?;
+        let mut renderer = Renderer::new(&scene, args.backend)?;
         let stream_frame = stream_frame.as_ref().map(|(stream_frame, _)| stream_frame);
         let (picture, note) = drawn(
             args,
@@ -203,7 +195,7 @@ fn drawn(
             };
             let frame = renderer.frame(pose, lookup, camera, width, height)?;
             let points =
-                renderer.points_ao(&frame.gbuffer, &shown.state(), args.client.fallback())?;
+                renderer.points_ao(&frame.gbuffer, &shown.state(), args.client.fallback)?;
             note = format!(
                 "; stream frame {number}, {:.3} % of fragments without a point in reach",
                 100.0 * points.counts.without_point()
@@ -219,7 +211,8 @@ fn drawn(
             let (a, b) = rtao(&tracer, &frame.gbuffer, args.rays, distance, 0);
             (frame, mean_of_halves(&a, &b))
         }
-        _ => {
+        (Method::None | Method::Path | Method::Direct, _)
+        | (Method::Points | Method::Probes | Method::Ddgi, None) => {
             let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
             let open = vec![1.0; frame.gbuffer.fragments.len()];
             (frame, open)
@@ -273,25 +266,6 @@ impl Method {
             Method::Direct => effects::DIRECT,
             Method::Probes => effects::METHOD_PROBES,
             Method::Ddgi => effects::DDGI,
-        }
-    }
-}
-
-impl From<Drawing> for Backend {
-    fn from(drawing: Drawing) -> Backend {
-        match drawing {
-            Drawing::Auto => Backend::Auto,
-            Drawing::Gpu => Backend::Gpu,
-            Drawing::Cpu => Backend::Cpu,
-        }
-    }
-}
-
-impl ClientArgs {
-    pub fn fallback(&self) -> Fallback {
-        match self.fallback {
-            args::Fallback::One => Fallback::One,
-            args::Fallback::Fill => Fallback::Fill,
         }
     }
 }

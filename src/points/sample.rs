@@ -23,8 +23,10 @@ pub const NO_TRACK: u32 = u32::MAX;
 /// The value of a fragment with too few points in reach for Eq. 4. Values SHARED with `sample.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Fallback {
     /// AO = 1 where the weights sum to nothing, as Eq. 4 has it. Sparkles in thinned point sets.
+    #[cfg_attr(feature = "cli", value(help = "AO = 1, as in the paper"))]
     One = 0,
     /// Points of the block, already fetched, fill up what is missing of [`FILL_WEIGHT`].
     ///
@@ -35,6 +37,10 @@ pub enum Fallback {
     /// axis for a neighbour, f the position within the own cell), so that no point jumps in or out
     /// when the block moves on. A fragment of weight [`FILL_WEIGHT`] or more is Eq. 4 to the bit;
     /// below it the value slides over to the fill, which makes the rim of a gap continuous.
+    #[cfg_attr(
+        feature = "cli",
+        value(help = "The points around it, as far as the lookup goes")
+    )]
     #[default]
     Fill = 1,
 }

@@ -6,11 +6,20 @@ use std::collections::BTreeSet;
 
 /// What happens to the eighth point of a grid cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Overflow {
     /// It goes into another `Cell` with the same key in the same bucket.
+    #[cfg_attr(
+        feature = "cli",
+        value(help = "It goes into another cell of the same key")
+    )]
     #[default]
     Chain,
     /// It is discarded and counted, as in the paper.
+    #[cfg_attr(
+        feature = "cli",
+        value(help = "It is discarded, as in the paper, and counted")
+    )]
     Drop,
 }
 

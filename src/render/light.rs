@@ -26,10 +26,16 @@ pub use crate::probes::sample::Indirect;
 
 /// How light is interpolated between probes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Interpolation {
     /// [`sample::trilinear`]: what a texture unit does.
+    #[cfg_attr(feature = "cli", value(help = "As a texture unit does"))]
     Trilinear = 0, // SHARED with `light.wgsl`
-    /// [`sample::visibility-weighted`]: light does not come through walls.
+    /// [`sample::visibility_weighted`]: light does not come through walls.
+    #[cfg_attr(
+        feature = "cli",
+        value(help = "With the visibility block, so that light does not leak through walls")
+    )]
     #[default]
     VisibilityWeighted = 1, // SHARED
 }

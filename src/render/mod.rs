@@ -45,6 +45,7 @@ pub const MAX_SIDE: u32 = 8192;
 
 /// Which machine draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Backend {
     /// A graphics device if there is one, else the CPU.
     #[default]

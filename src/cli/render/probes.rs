@@ -24,15 +24,6 @@ const SHADOW_SIDE: u32 = 2048;
 /// Frames that DDGI runs once all bounces are there.
 const FRAMES: u32 = 64;
 
-/// How probes are interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Between {
-    /// As a texture unit does.
-    Trilinear,
-    /// With the visibility block, against light through walls.
-    VisibilityWeighted,
-}
-
 /// The picture that the arguments ask for, of a client with a volume of probes.
 ///
 /// # Errors
@@ -47,25 +38,23 @@ pub fn picture(
     renderer: &mut Renderer,
 ) -> Result<Picture> {
     let volumes = ProbesView::new(client).volumes;
-    if method == Method::Probes && args.interpolation == Between::VisibilityWeighted {
+    if method == Method::Probes && args.interpolation == Interpolation::VisibilityWeighted {
         warn_of_leaks(&volumes);
     }
     let (width, height) = args.view.size;
     let sky = args.path.sky();
     let gbuffer = renderer.gbuffer(pose, Lookup::Rest, camera, width, height)?;
     let supplied: Vec<Indirect>;
-    let source = match (method, volumes.first()) {
-        (Method::Ddgi, Some(volume)) => {
-            supplied = by_ddgi(args, scene, pose, camera, volume, &sky);
-            Source::Supplied(&supplied)
-        }
-        _ => Source::Probes {
+    let source = if method == Method::Ddgi
+        && let Some(volume) = volumes.first()
+    {
+        supplied = by_ddgi(args, scene, pose, camera, volume, &sky);
+        Source::Supplied(&supplied)
+    } else {
+        Source::Probes {
             volumes: &volumes,
-            interpolation: match args.interpolation {
-                Between::Trilinear => Interpolation::Trilinear,
-                Between::VisibilityWeighted => Interpolation::VisibilityWeighted,
-            },
-        },
+            interpolation: args.interpolation,
+        }
     };
     let (lit, _) = renderer.lit(&gbuffer, pose, camera, &sky, &source, SHADOW_SIDE)?;
     let developed = develop(&lit.radiance(), args.path.exposure());

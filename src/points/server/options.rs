@@ -8,6 +8,7 @@ use crate::scene::Scene;
 
 /// In which shape of a deforming mesh its points live.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Space {
     /// The shape of the last frame: points move through the grid, as in the paper.
     #[default]

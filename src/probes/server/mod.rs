@@ -33,6 +33,7 @@ const DISABLED_PERIOD: u32 = 8;
 
 /// What is done with probes inside geometry. Light passes the backs of single-sided materials in both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum InsideGeometry {
     /// They are detected and left out of the stream, and see no farther than the backs around them: no
     /// light leaks through geometry.
