@@ -48,19 +48,11 @@
 //! encoder.commit(&mut bytes, 0, None)?;
 //! encoder.end(&mut bytes)?;
 //!
-//! let mut decoder = Decoder::new(Limits::default());
-//! let mut rest = &bytes[..];
-//! loop {
-//!     let (consumed, event) = decoder.push(rest)?;
-//!     rest = &rest[consumed..];
-//!     match event {
-//!         Event::Frame(frame) => assert_eq!(frame.count(ModelKind::Points), 1),
-//!         Event::NeedInput => break, // Feed what came since; here all is there.
-//!         Event::End => break,
-//!         _ => {}
+//! let decoder = decode_all(&bytes, Limits::default(), |_, event| {
+//!     if let Event::Frame(frame) = event {
+//!         assert_eq!(frame.count(ModelKind::Points), 1);
 //!     }
-//! }
-//! decoder.finish()?;
+//! })?;
 //! let track = &decoder.tracks()[0];
 //! assert_eq!(decoder.points().cells_of(track)[0], cell);
 //! # Ok(())
@@ -72,18 +64,24 @@
 //! - **Push, plain data.** [`Decoder::push`] takes a slice and returns how much it used and one
 //!   event. Needing more input is an event, not an error. No callbacks, no generics, so that a C
 //!   interface can have the same shape. The result does not depend on how the input was cut.
+//!   [`Decoder::push_all`] and [`decode_all`] are loops around it.
 //! - **A frame appears whole.** Records are checked and kept when they come; a commit writes them.
 //!   An error on the way leaves the last committed state as it was, bit for bit.
 //!   [`Decoder::resume`] goes on at the next group, [`Decoder::reset`] at the next stream.
 //! - **Nothing is reserved on a claim alone.** [`Limits`] bounds every length before memory is
 //!   taken. In steady state nothing is allocated.
+//! - **One way to see what changed.** [`Decoder::dirty`] yields ranges of arrays of every model, and
+//!   of transforms. A client that loops over it misses nothing.
 //! - **Threads are the caller's.** Decode on a worker, copy the dirty ranges into the renderer's
 //!   buffers after [`Event::Frame`].
+//! - **Models stand behind one registry** (`models/mod.rs`). Container, session, encoder and decoder
+//!   name none of them; dispatch is per record and per track, never per point or probe.
 //! - **Missing light is the client's policy**: hold the last value, fade, or take AO = 1.
 //!
 //! # Embedding
 //!
-//! Four programs that run as they stand, `cargo run -p dapple-codec --example file` and so on. Each
+//! Four programs that run as they stand, `cargo run -p dapple-codec --example file` and so on. `file` takes
+//! a path. Each
 //! checks its own result. They decode a small stream that `examples/sender` writes.
 //!
 //! ## From a file

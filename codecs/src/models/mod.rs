@@ -128,8 +128,9 @@ impl ModelStates {
 
     /// What changed in the arrays of all models.
     pub(crate) fn dirty(&self) -> impl Iterator<Item = Dirty> {
-        let ModelStates { points, probes } = self;
-        points.state.dirty().chain(probes.state.dirty())
+        let all = core::iter::empty();
+        let all = all.chain(self.points.state.dirty());
+        all.chain(self.probes.state.dirty())
     }
 }
 
