@@ -21,10 +21,11 @@ use crate::{Error, Result};
 
 /// Which scene, seen from where, when, and how large.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Scene and view")]
 pub struct SceneArgs {
     /// A glTF 2.0 file (.glb or .gltf), `-` for one on standard input, or `hall` for the built-in
     /// scene.
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", help_heading = "Arguments")]
     pub scene: PathBuf,
     /// The scene within the glTF file, by number or name; the file's default one if not given.
     #[arg(long = "scene", visible_alias = "gltf-scene", value_name = "N|NAME")]
@@ -35,6 +36,7 @@ pub struct SceneArgs {
 
 /// From where, when, and how large.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Scene and view")]
 pub struct ViewArgs {
     /// A camera of the scene by name; the first one if not given, or one that frames the scene
     /// where it has none.
@@ -62,6 +64,11 @@ pub struct ViewArgs {
     pub time: Option<f64>,
 }
 
+/// Headings in the help.
+const MODELS: &str = "Models and quality";
+const POINTS: &str = "Points (ambient occlusion)";
+const STREAM: &str = "Stream";
+
 /// The models and their servers.
 #[derive(Clone, Debug, Args)]
 pub struct EncodeArgs {
@@ -70,67 +77,73 @@ pub struct EncodeArgs {
         long,
         value_name = "MODEL,MODEL",
         value_delimiter = ',',
-        default_value = "points"
+        default_value = "points",
+        help_heading = MODELS
     )]
     pub model: Vec<Model>,
+    /// Accuracy against time and bytes. Options that are given take precedence.
+    #[arg(long, default_value = "standard", help_heading = MODELS)]
+    pub quality: Quality,
     #[command(flatten)]
     pub probes: ProbesArgs,
-    /// Points per square metre before thinning (N of the paper). If not given: 1024 in scenes of 4 to
-    /// 40 m, more in smaller ones and on small objects, fewer in larger ones.
-    #[arg(long, value_name = "N", value_parser = density)]
+    /// Candidate points per square metre, before thinning. If not given: 1024 in scenes of 4 to
+    /// 40 m, more in smaller ones and on small objects, fewer in larger ones, times what --quality
+    /// says.
+    #[arg(long, value_name = "N", value_parser = density, help_heading = POINTS)]
     pub density: Option<f64>,
     /// Points generated for each one that is kept.
-    #[arg(long, value_name = "RATIO", default_value = "2.0", value_parser = thinning)]
+    #[arg(long, value_name = "RATIO", default_value = "2.0", value_parser = thinning, help_heading = POINTS)]
     pub thinning: f64,
-    /// Rays traced for a point.
-    #[arg(long, value_name = "COUNT", default_value = "128",
-        value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub rays: u32,
+    /// Rays traced for a point. If not given: 128 (64 for draft, 256 for fine quality).
+    #[arg(long, value_name = "COUNT",
+        value_parser = clap::value_parser!(u32).range(1..=65_536), help_heading = POINTS)]
+    pub rays: Option<u32>,
     /// Length of an occlusion ray in metres. If not given: 0.6 in scenes of 4 to 40 m, in proportion
     /// in smaller and larger ones.
-    #[arg(long, value_name = "M", value_parser = distance)]
+    #[arg(long, value_name = "M", value_parser = distance, help_heading = POINTS)]
     pub distance: Option<f32>,
-    /// Smallest change of AO that is sent, in steps of 1/255; 0 sends every change.
-    #[arg(long, value_name = "STEPS", default_value = "4")]
-    pub threshold: u8,
+    /// Smallest change of AO that is sent, in steps of 1/255; 0 sends every change. If not given: 4
+    /// (8 for draft, 2 for fine quality).
+    #[arg(long, value_name = "STEPS", help_heading = POINTS)]
+    pub threshold: Option<u8>,
     /// Frames to encode; the length of the animation if not given.
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = STREAM)]
     pub frames: Option<u32>,
     /// Server frames a second, also as a fraction: 30000/1001.
-    #[arg(long, value_name = "RATE", default_value = "60")]
+    #[arg(long, value_name = "RATE", default_value = "60", help_heading = STREAM)]
     pub fps: Rate,
     /// Seed of point placement and of the rays.
-    #[arg(long, default_value = "0")]
+    #[arg(long, default_value = "0", help_heading = STREAM)]
     pub seed: u32,
     /// Bits of a packed point.
-    #[arg(long, value_name = "BITS", default_value = "32")]
+    #[arg(long, value_name = "BITS", default_value = "32", help_heading = POINTS)]
     pub width: Width,
-    /// `zstd:LEVEL` (1 to 19) with the lazy strategy, as in the paper; `zstd:LEVEL:auto` with the
+    /// `zstd:LEVEL` (1 to 19) with the lazy strategy; `zstd:LEVEL:auto` with the
     /// level's own; `lz4`; or `none`.
-    #[arg(long, value_name = "METHOD", default_value = "zstd:15", value_parser = compression)]
+    #[arg(long, value_name = "METHOD", default_value = "zstd:15", value_parser = compression, help_heading = STREAM)]
     pub compression: Compression,
     /// Frames from one keyframe to the next; only the first frame is one if not given.
-    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "FRAMES", value_parser = clap::value_parser!(u32).range(1..), help_heading = STREAM)]
     pub keyframe_interval: Option<u32>,
     /// Update every point, not only those within the extended field of view.
-    #[arg(long)]
+    #[arg(long, help_heading = POINTS)]
     pub no_visibility: bool,
     /// Degrees by which the field of view is extended on each side.
     #[arg(long, value_name = "DEGREES", default_value = "10", value_parser = margin,
-        conflicts_with = "no_visibility")]
+        conflicts_with = "no_visibility", help_heading = POINTS)]
     pub fov_margin: f32,
     /// Trace at most so many points a frame, in turn; for a renderer without a network.
-    #[arg(long, value_name = "POINTS", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "POINTS", value_parser = clap::value_parser!(u32).range(1..), help_heading = POINTS)]
     pub budget: Option<u32>,
     /// Space of a skinned mesh's points and grid.
-    #[arg(long, default_value = "posed")]
+    #[arg(long, default_value = "posed", help_heading = POINTS)]
     pub space: Space,
     /// Leave out points whose AO is below so many steps of 1/255 for as long as it is, and those that
     /// close surfaces hide; 0 keeps all, as in the paper.
-    #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, alias = "bury-below")]
+    #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, alias = "bury-below", help_heading = POINTS)]
     pub min_ao: u8,
-    /// What becomes of points that do not fit into a cell of seven.
-    #[arg(long, default_value = "chain")]
+    /// What to do with points beyond the seven of a grid cell.
+    #[arg(long, default_value = "chain", help_heading = POINTS)]
     pub overflow: Overflow,
     #[command(flatten)]
     pub limits: LimitArgs,
@@ -138,28 +151,30 @@ pub struct EncodeArgs {
 
 /// A volume of probes and its server.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Probes (indirect light)")]
 pub struct ProbesArgs {
-    /// Probes along x, y and z.
-    #[arg(long, value_name = "XxYxZ", default_value = "16x8x8", value_parser = probes)]
-    pub probes: [u16; 3],
+    /// Probes along x, y and z. If not given: 16x8x8 (32x16x16 for fine quality).
+    #[arg(long, value_name = "XxYxZ", value_parser = probes)]
+    pub probes: Option<[u16; 3]>,
     /// Smallest and largest corner of the box of probes, in metres; fitted to the scene if not given.
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = volume, allow_hyphen_values = true)]
     pub volume: Option<(DVec3, DVec3)>,
-    /// Paths a probe and frame.
-    #[arg(long, value_name = "COUNT", default_value = "256",
+    /// Paths traced for a probe in a frame. If not given: 256 (64 for draft quality).
+    #[arg(long, value_name = "COUNT",
         value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub samples: u32,
+    pub samples: Option<u32>,
     /// Share of the last frame's light that a frame keeps, 0.8 to 0.998.
     #[arg(long, value_name = "SHARE", default_value = "0.99", value_parser = hysteresis)]
     pub hysteresis: f32,
-    /// Forget the past where light really changes.
+    /// Drop earlier frames' light where the light has changed by more than its noise.
     #[arg(long)]
     pub adaptive: bool,
     /// Frames that the server runs before the first one that is sent.
     #[arg(long, value_name = "FRAMES", default_value = "16",
         value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub warm_up: u32,
-    /// Texels a side of what each probe knows of the distances around it; 0 for nothing.
+    /// Texels a side of each probe's map of distances, which keeps light from passing through walls;
+    /// 0 for no map.
     #[arg(long, value_name = "TEXELS", default_value = "16", value_parser = visibility)]
     pub visibility_side: u32,
     /// Whether probes inside geometry are kept.
@@ -176,6 +191,51 @@ pub struct ProbesArgs {
     pub sky: Vec3,
 }
 
+/// Accuracy against time and bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quality {
+    /// A quarter of the points, half of the rays: for a first look.
+    Draft,
+    Standard,
+    /// Four times the points and twice the rays; eight times the probes.
+    Fine,
+}
+
+impl Quality {
+    /// Factor of the density of candidate points.
+    pub fn density_factor(self) -> f32 {
+        self.of(0.25, 1.0, 4.0)
+    }
+
+    /// Rays of a point.
+    pub fn rays(self) -> u32 {
+        self.of(64, 128, 256)
+    }
+
+    /// Smallest change of AO that is sent, in steps of 1/255.
+    pub fn threshold(self) -> u8 {
+        self.of(8, 4, 2)
+    }
+
+    /// Probes along each axis.
+    pub fn probes(self) -> [u16; 3] {
+        self.of([16, 8, 8], [16, 8, 8], [32, 16, 16])
+    }
+
+    /// Paths of a probe and frame.
+    pub fn samples(self) -> u32 {
+        self.of(64, 256, 256)
+    }
+
+    fn of<T>(self, draft: T, standard: T, fine: T) -> T {
+        match self {
+            Quality::Draft => draft,
+            Quality::Standard => standard,
+            Quality::Fine => fine,
+        }
+    }
+}
+
 /// A coding of the model `probes`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Coding {
@@ -185,6 +245,7 @@ pub enum Coding {
 
 /// The client.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Client")]
 pub struct ClientArgs {
     /// Server frames a second that reach the client; all of the stream's if not given.
     #[arg(long, value_name = "RATE")]
@@ -511,11 +572,11 @@ mod tests {
         let all = parse("hall").expect("parsed");
         let e = &all.encode;
         assert_eq!(
-            (e.density, e.thinning, e.rays, e.distance),
+            (e.density, e.thinning, e.quality.rays(), e.distance),
             (None, 2.0, 128, None)
         );
         assert_eq!(
-            (e.threshold, e.compression, e.fps.hz()),
+            (e.quality.threshold(), e.compression, e.fps.hz()),
             (
                 4,
                 Compression::Zstd {

@@ -38,42 +38,45 @@ pub struct Args {
     encode: EncodeArgs,
     /// Densities to measure, before thinning, instead of the one of --density; if neither is given: a
     /// sixteenth and a quarter of the density that suits the scene, and that.
-    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = super::args::density,
+    #[arg(help_heading = HEADING, long, value_name = "N,N", value_delimiter = ',', value_parser = super::args::density,
         conflicts_with = "density")]
     densities: Vec<f64>,
     /// Cameras to measure; all of the scene's if not given.
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',',
+    #[arg(help_heading = HEADING, long, value_name = "NAME,NAME", value_delimiter = ',',
         conflicts_with_all = ["camera", "eye"])]
     cameras: Vec<String>,
     /// Frames a camera that are scored, spread evenly over the run.
-    #[arg(long, value_name = "COUNT", default_value = "8",
+    #[arg(help_heading = HEADING, long, value_name = "COUNT", default_value = "8",
         value_parser = clap::value_parser!(u32).range(1..=1000))]
     scored: u32,
-    /// Server rates to measure as well, at a display rate of --fps (Figure 5 of the paper).
-    #[arg(long, value_name = "HZ,HZ", value_delimiter = ',')]
+    /// Server rates to measure as well, at a display rate of --fps.
+    #[arg(help_heading = HEADING, long, value_name = "HZ,HZ", value_delimiter = ',')]
     server_rates: Vec<Rate>,
     /// Milliseconds from a server frame to its use.
-    #[arg(long, value_name = "MS", default_value = "0", value_parser = super::args::latency)]
+    #[arg(help_heading = HEADING, long, value_name = "MS", default_value = "0", value_parser = super::args::latency)]
     latency_ms: f64,
     /// Paths a pixel of the reference for `probes`.
-    #[arg(long, value_name = "COUNT", default_value = "1024",
+    #[arg(help_heading = HEADING, long, value_name = "COUNT", default_value = "1024",
         value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
     reference: u32,
     /// Paths a pixel that tell diffuse and glossy light apart for `probes`, at one pixel of 36.
-    #[arg(long, value_name = "COUNT", default_value = "512",
+    #[arg(help_heading = HEADING, long, value_name = "COUNT", default_value = "512",
         value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     parts: u32,
     /// Factor on radiance before the tone curve for `probes`; by the reference's luminance if not
     /// given.
-    #[arg(long, value_name = "FACTOR", value_parser = super::args::exposure)]
+    #[arg(help_heading = HEADING, long, value_name = "FACTOR", value_parser = super::args::exposure)]
     exposure: Option<f32>,
     /// Measure `probes` over degree, samples and hysteresis as well.
-    #[arg(long)]
+    #[arg(help_heading = HEADING, long)]
     curves: bool,
     /// Folder for the tables, charts and the page; missing folders are made.
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", help_heading = "Output")]
     output: PathBuf,
 }
+
+/// Heading of the measurements' options in the help.
+const HEADING: &str = "Measurements";
 
 /// Columns of the table.
 const COLUMNS: [&str; 16] = [

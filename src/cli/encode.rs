@@ -1,7 +1,7 @@
 //! `dapple encode`: runs the server on a scene and writes a stream.
 
 use super::args::{EncodeArgs, SceneArgs};
-use super::effects::Given;
+use super::effects::{self, Given};
 use super::inputs::is_dash;
 use super::output::Sink;
 use super::progress::Progress;
@@ -12,19 +12,29 @@ use crate::stream::Report;
 use crate::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
+
+/// Examples in the help.
+const EXAMPLES: &str = "\
+Examples:
+  dapple encode scene.glb -o ao.dapple                     ambient occlusion of the animation
+  dapple encode scene.glb -o ao.dapple --quality draft     a quarter of the points, for a first look
+  dapple encode scene.glb -o light.dapple --model probes   indirect light
+  dapple encode scene.glb -o all.dapple --model points,probes --frames 60 --keyframe-interval 30";
 
 /// Ray-trace a scene's light and write it as a stream.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
     encode: EncodeArgs,
     /// Where the stream goes; `-` for standard output. Missing folders are made.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: PathBuf,
     /// Print the figures as one JSON document.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -45,9 +55,11 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     if let Some(probes) = job.probes() {
         job::warn_if_dark(&scene, &probes.sky);
     }
+    let clock = Instant::now();
     let mut sink = Sink::create(&args.output)?;
     let mut bytes = Vec::new();
     let frames = job.frames;
+    let camera = args.scene.view.describe(&scene, &job.view);
     let mut stream = job::start(&scene, job, &mut bytes)?;
     let bar = Progress::new("Encoding frames", frames as u64);
     loop {
@@ -65,19 +77,29 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     if args.json {
         output::print_report(&report)?;
     } else {
-        output::print_about(&args.output, &summary(&report))?;
+        let mut text = summary(&report, clock.elapsed().as_secs_f64());
+        if args.encode.active().contains(&effects::VISIBILITY) {
+            text += &format!("updated where seen by {camera}\n");
+        }
+        output::print_about(&args.output, &text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn summary(report: &Report) -> String {
+fn summary(report: &Report, seconds: f64) -> String {
+    let total = report.bytes_startup + report.bytes_steady + report.bytes_keyframes;
     let mut text = format!(
-        "{} frames at {} Hz, start-up {} bytes, then {:.3} Mbit/s\n",
+        "{} frames at {} Hz, {} bytes, {seconds:.1} s; start-up {} bytes",
         report.frames,
         report.fps,
+        grouped(total),
         grouped(report.bytes_startup),
-        report.mbps_steady,
     );
+    // A rate says little of a shorter run.
+    if report.frames as f64 > report.fps {
+        text += &format!(", then {:.3} Mbit/s", report.mbps_steady);
+    }
+    text += "\n";
     if let Some(points) = &report.models.points {
         text += &format!(
             "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\

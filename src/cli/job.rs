@@ -1,6 +1,6 @@
 //! From arguments to what the library is asked for.
 
-use super::args::{self, EncodeArgs, ProbesArgs, SceneArgs, ViewArgs};
+use super::args::{self, EncodeArgs, ProbesArgs, Quality, SceneArgs, ViewArgs};
 use super::progress::Progress;
 use super::{effects, output};
 use crate::models::{Model, ModelOptions};
@@ -15,6 +15,7 @@ use crate::stream::{Job, Stream, View};
 use crate::trace::Aabb;
 use crate::trace::path::Sky;
 use crate::{Error, Result};
+use glam::DVec3;
 
 /// Most frames that are encoded unasked: as many as `--frames` allows.
 const MAX_FRAMES: f64 = 1e6;
@@ -35,6 +36,27 @@ impl ViewArgs {
                 None => View::Fixed(scene.framing_camera(&scene.pose(0.0))),
             },
         )
+    }
+
+    /// The camera that [`ViewArgs::view`] chose, such as ``camera `door` ``.
+    pub fn describe(&self, scene: &Scene, view: &View) -> String {
+        match view {
+            View::Camera(camera) => format!("camera `{}`", scene.cameras[*camera].name),
+            View::Fixed(camera) => {
+                let eye = camera.eye().as_dvec3() + scene.origin;
+                let target = eye + camera.ray(0.5, 0.5, 1, 1).as_dvec3();
+                let text = |v: DVec3| format!("{:.2},{:.2},{:.2}", v.x, v.y, v.z);
+                let chosen = match self.look() {
+                    Some(_) => "",
+                    None => ", chosen for a scene without cameras",
+                };
+                format!(
+                    "camera --eye {} --target {}{chosen}",
+                    text(eye),
+                    text(target)
+                )
+            }
+        }
     }
 
     /// Width over height.
@@ -62,16 +84,17 @@ impl EncodeArgs {
     /// The server's options for a scene, and for its whole animation.
     pub fn options(&self, scene: &Scene, aspect: f32) -> Options {
         let fitted = Options::for_scene(scene);
+        let standard = fitted.density.candidates * self.quality.density_factor();
         Options {
             density: Density {
-                candidates: self.density.map_or(fitted.density.candidates, |d| d as f32),
+                candidates: self.density.map_or(standard, |d| d as f32),
                 thinning: self.thinning as f32,
             },
             fitted: self.density.is_none(),
             span: fitted.span,
-            rays: self.rays,
+            rays: self.rays.unwrap_or(self.quality.rays()),
             distance: self.distance.unwrap_or(fitted.distance),
-            threshold: self.threshold as f32 / 255.0,
+            threshold: f32::from(self.threshold.unwrap_or(self.quality.threshold())) / 255.0,
             widths: self.width.widths(),
             overflow: self.overflow,
             space: self.space,
@@ -82,6 +105,11 @@ impl EncodeArgs {
             aspect,
             budget: self.budget.map(|b| b as usize),
         }
+    }
+
+    /// The options of the model `probes`.
+    pub fn probes_request(&self, scene: &Scene) -> Request {
+        self.probes.request(scene, self.quality, self.seed)
     }
 
     /// The whole job. Without `--frames` it takes the length of the animation, or one frame.
@@ -103,7 +131,7 @@ impl EncodeArgs {
                 span: frames as f64 / self.fps.hz(),
                 ..self.options(scene, view.aspect())
             }),
-            Model::Probes => ModelOptions::Probes(self.probes.request(scene, self.seed)),
+            Model::Probes => ModelOptions::Probes(self.probes_request(scene)),
         };
         let models = Model::ALL.iter().filter(|model| self.model.contains(model));
         Ok(Job {
@@ -121,16 +149,15 @@ impl EncodeArgs {
 }
 
 impl ProbesArgs {
-    /// The options of the model `probes`.
-    pub fn request(&self, scene: &Scene, seed: u32) -> Request {
+    fn request(&self, scene: &Scene, quality: Quality, seed: u32) -> Request {
         Request {
-            dims: self.probes,
+            dims: self.probes.unwrap_or(quality.probes()),
             bounds: self.volume.map(|(min, max)| Aabb {
                 min: (min - scene.origin).as_vec3(),
                 max: (max - scene.origin).as_vec3(),
             }),
             server: probes::server::Options {
-                samples: self.samples,
+                samples: self.samples.unwrap_or(quality.samples()),
                 hysteresis: match self.adaptive {
                     true => Hysteresis::Adaptive(self.hysteresis),
                     false => Hysteresis::Fixed(self.hysteresis),
@@ -180,9 +207,14 @@ pub fn warn_if_dark(scene: &Scene, sky: &Sky) {
 /// # Errors
 /// As [`Stream::start`].
 pub fn start<'s>(scene: &'s Scene, job: Job, out: &mut Vec<u8>) -> Result<Stream<'s>> {
-    let mut bar = None;
+    let mut placing = job
+        .points()
+        .is_some()
+        .then(|| Progress::spinner("Placing points"));
+    let mut tracing = None;
     Stream::start(scene, job, out, &mut |done, all| {
-        let bar = bar.get_or_insert_with(|| Progress::new("Tracing all points", all as u64));
+        placing = None;
+        let bar = tracing.get_or_insert_with(|| Progress::new("Tracing all points", all as u64));
         bar.at(done as u64);
     })
 }

@@ -127,6 +127,11 @@ pub fn warn(text: &str) {
     }
 }
 
+/// Writes a line about progress to stderr, where it is no terminal.
+pub fn progress_line(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// The warnings of this run so far.
 pub fn warnings() -> Vec<String> {
     WARNINGS.lock().unwrap_or_else(|e| e.into_inner()).clone()

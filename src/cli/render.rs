@@ -23,8 +23,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use stream_frame::StreamFrame;
 
+/// Examples in the help.
+const EXAMPLES: &str = "\
+Examples:
+  dapple render ao.dapple --scene scene.glb --frame 30 -o picture.png
+  dapple render light.dapple --scene scene.glb --camera door -o lit.png
+  dapple render --method rtao --scene scene.glb --frame 30 -o reference.png
+  dapple render --method path --scene scene.glb --samples 1024 -o path.png";
+
 /// Render one frame of a scene to a PNG file, lit by a stream or by a reference.
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The stream, `-` for one on standard input; not needed for `--method rtao`, `none`, `path` and
     /// `direct`.
@@ -67,7 +76,7 @@ pub struct Args {
     #[arg(long)]
     ao_only: bool,
     /// The PNG file; `-` for standard output. Missing folders are made.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: PathBuf,
 }
 
@@ -162,7 +171,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     };
     sink.write(&picture.to_png()?)?;
     sink.finish()?;
-    output::print_about(&args.output, &format!("{note}\n"))?;
+    let camera = args.view.describe(&scene, &view);
+    output::print_about(&args.output, &format!("{note}; {camera}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -39,8 +39,8 @@ impl Gpu {
             fault.get_or_insert_with(|| e.to_string());
         }));
         let software = info.device_type == wgpu::DeviceType::Cpu;
-        let kind = if software { ", software" } else { "" };
-        let name = format!("{} ({:?}{kind})", info.name, info.backend);
+        let kind = if software { " software driver" } else { "" };
+        let name = format!("{}, {:?}{kind}", info.name, info.backend);
         Ok(Gpu {
             device,
             queue,

@@ -113,7 +113,7 @@ impl<'s> Renderer<'s> {
         let gpu = Gpu::new()?;
         let raster = Raster::new(&gpu, scene, &scene.rest_pose())?;
         let points = PointsPass::new(&gpu)?;
-        let name = format!("GPU, {}", gpu.name());
+        let name = gpu.name().to_owned();
         Ok(Renderer {
             scene,
             machine: Machine::Gpu(Box::new(Device {

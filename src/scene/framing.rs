@@ -1,9 +1,10 @@
-//! A camera for a scene that has none: outside an object, inside a room.
+//! A camera for a scene that has none: outside an object, inside a room, in front of an open box.
 //!
 //! Looking at a box from a corner shows nothing of a room, and comparing how much area faces the
-//! middle fails for walls that have two sides. So rays are cast along the six axes from a
-//! grid of points: a point that sees front faces in at least five of them is inside a room (the sky may
-//! be open); inside a solid one sees back faces, and beside an object mostly nothing.
+//! middle fails for walls that have two sides. So the nearest surface along the six axes is found
+//! for a grid of points: a point with front faces in at least five of them is inside a room, one
+//! side of which may be open; a point inside a solid has back faces, and one in the open has nothing
+//! in most directions. A scene that is mostly open is an object, whatever hollow parts it has.
 
 use super::camera::{DEFAULT_YFOV, look_at};
 use super::{CameraPose, Pose, Scene};
@@ -13,64 +14,94 @@ use glam::Vec3;
 const GRID: [usize; 3] = [7, 3, 7];
 /// Axes of six that must end at a front face.
 const ENCLOSED: usize = 5;
+/// Axes of six without a surface from which a point is in the open.
+const OPEN: usize = 3;
+/// Share of the points inside rooms that have the same side open from which the view goes through it.
+const OPEN_SIDE: f32 = 0.5;
 /// A view is worth no more than this many times the width of the place.
 const LONGEST_VIEW: f32 = 4.0;
 /// In a scene of [`Scene::length_scale`] 1.
 const EYE_HEIGHT: f32 = 1.6;
+/// Width over height that a picture is taken to have at least.
+const WIDE: f32 = 1.5;
 
 /// The nearest surface along one direction: distance, and whether its front is seen.
 #[derive(Clone, Copy)]
-struct AxisHit {
+struct FirstHit {
     distance: f32,
     front: bool,
 }
 
-const NO_HIT: AxisHit = AxisHit {
+const NOTHING: FirstHit = FirstHit {
     distance: f32::INFINITY,
     front: false,
 };
 
-/// A point and its first hits along -X, +X, -Y, +Y, -Z, +Z.
-struct Probe {
+/// A point and the nearest surfaces along -X, +X, -Y, +Y, -Z, +Z.
+struct Sample {
     at: Vec3,
-    hits: [AxisHit; 6],
+    hits: [FirstHit; 6],
 }
 
 impl Scene {
-    /// A camera for a scene that has none: from within the widest room if there is one, else from
-    /// above a corner of the scene's box, far enough to see it whole.
+    /// A camera for a scene that has none: from within the widest room; through the open side of a
+    /// box that has one; else from above a corner of the scene's bounds, far enough to see it whole.
     pub fn framing_camera(&self, pose: &Pose) -> CameraPose {
         let Some((min, max)) = self.bounds(pose) else {
             return look_at(Vec3::Z, Vec3::ZERO, DEFAULT_YFOV);
         };
-        if let Some((eye, target)) = room_view(&self.probe(pose, min, max), self.length_scale()) {
+        let samples = self.samples(pose, min, max);
+        let rooms: Vec<&Sample> = samples.iter().filter(|s| s.is_inside()).collect();
+        let in_the_open = samples.iter().filter(|s| s.is_in_the_open()).count();
+        let middle = (min + max) * 0.5;
+        let half = (max - min) * 0.5;
+        let direction = if rooms.len() < in_the_open {
+            None
+        } else if let Some(side) = open_side(&rooms) {
+            Some(side)
+        } else if let Some((eye, target)) = room_view(&rooms, self.length_scale()) {
             let mut camera = look_at(eye, target, DEFAULT_YFOV * 1.25);
             camera.znear = (eye.distance(target) * 1e-2).min(self.near_plane());
             return camera;
-        }
-        let middle = (min + max) * 0.5;
-        let radius = ((max - min) * 0.5).length().max(f32::MIN_POSITIVE);
-        let distance = radius / (DEFAULT_YFOV * 0.5).sin();
-        let direction = Vec3::new(0.6, 0.45, 0.75).normalize();
+        } else {
+            None
+        };
+        let tangent = (DEFAULT_YFOV * 0.5).tan();
+        let (direction, distance) = match direction {
+            Some(side) => {
+                // The open side fills the height of the picture, or its width where it is wide.
+                let across = side.abs().cross(Vec3::Y);
+                let size = half.y.max(half.dot(across.abs()) / WIDE);
+                (side, half.dot(side.abs()) + size / tangent)
+            }
+            None => {
+                let radius = half.length().max(f32::MIN_POSITIVE);
+                (
+                    Vec3::new(0.6, 0.45, 0.75).normalize(),
+                    radius / (DEFAULT_YFOV * 0.5).sin(),
+                )
+            }
+        };
         let mut camera = look_at(middle + direction * distance, middle, DEFAULT_YFOV);
         camera.znear = (distance * 1e-3).min(self.near_plane());
         camera
     }
 
-    fn probe(&self, pose: &Pose, min: Vec3, max: Vec3) -> Vec<Probe> {
+    /// The grid of points over the bounds, with the nearest surfaces along the axes.
+    fn samples(&self, pose: &Pose, min: Vec3, max: Vec3) -> Vec<Sample> {
         let place = |axis: usize, i: usize| {
             // Off the regular fractions, where scenes like to have their walls.
             let f = (i as f32 + 0.47) / GRID[axis] as f32;
             min[axis] + (max[axis] - min[axis]) * f
         };
         let index = |i: [usize; 3]| (i[0] * GRID[1] + i[1]) * GRID[2] + i[2];
-        let mut probes = Vec::with_capacity(GRID[0] * GRID[1] * GRID[2]);
+        let mut samples = Vec::with_capacity(GRID[0] * GRID[1] * GRID[2]);
         for i in 0..GRID[0] {
             for j in 0..GRID[1] {
                 for k in 0..GRID[2] {
-                    probes.push(Probe {
+                    samples.push(Sample {
                         at: Vec3::new(place(0, i), place(1, j), place(2, k)),
-                        hits: [NO_HIT; 6],
+                        hits: [NOTHING; 6],
                     });
                 }
             }
@@ -108,11 +139,11 @@ impl Scene {
                         for k in 0..GRID[axis] {
                             let mut at = [0; 3];
                             (at[axis], at[p], at[q]) = (k, i, j);
-                            let probe = &mut probes[index(at)];
-                            let ahead = hit - probe.at[axis];
-                            let slot = &mut probe.hits[axis * 2 + usize::from(ahead > 0.0)];
+                            let sample = &mut samples[index(at)];
+                            let ahead = hit - sample.at[axis];
+                            let slot = &mut sample.hits[axis * 2 + usize::from(ahead > 0.0)];
                             if ahead.abs() < slot.distance {
-                                *slot = AxisHit {
+                                *slot = FirstHit {
                                     distance: ahead.abs(),
                                     front: normal[axis] * ahead < 0.0,
                                 };
@@ -122,18 +153,47 @@ impl Scene {
                 }
             }
         });
-        probes
+        samples
     }
 }
 
-/// Eye and target of the best view from inside, if any probe is inside. `length_scale` is the scene's.
-fn room_view(probes: &[Probe], length_scale: f32) -> Option<(Vec3, Vec3)> {
+impl Sample {
+    /// Whether the point is inside a room: above a floor, with one open side at most.
+    fn is_inside(&self) -> bool {
+        self.hits.iter().filter(|hit| hit.front).count() >= ENCLOSED && self.hits[2].front
+    }
+
+    fn is_in_the_open(&self) -> bool {
+        self.hits
+            .iter()
+            .filter(|hit| hit.distance.is_infinite())
+            .count()
+            >= OPEN
+    }
+}
+
+/// The horizontal direction in which most of the points inside rooms have no surface.
+fn open_side(rooms: &[&Sample]) -> Option<Vec3> {
+    let sides = [
+        (0, Vec3::NEG_X),
+        (1, Vec3::X),
+        (4, Vec3::NEG_Z),
+        (5, Vec3::Z),
+    ];
+    let most = (rooms.len() as f32 * OPEN_SIDE) as usize;
+    let is_open = |axis: usize| {
+        let open = rooms.iter().filter(|s| s.hits[axis].distance.is_infinite());
+        open.count() > most
+    };
+    let open = sides.iter().find(|(axis, _)| is_open(*axis));
+    open.map(|(_, side)| *side)
+}
+
+/// Eye and target of the best view from inside, if any point is. `length_scale` is the scene's.
+fn room_view(rooms: &[&Sample], length_scale: f32) -> Option<(Vec3, Vec3)> {
     let mut best: Option<(f32, Vec3, Vec3)> = None;
-    for probe in probes {
-        let hits = &probe.hits;
-        if hits.iter().filter(|s| s.front).count() < ENCLOSED || !hits[2].front {
-            continue;
-        }
+    for sample in rooms {
+        let hits = &sample.hits;
         for (direction, across) in [(0, [4, 5]), (1, [4, 5]), (4, [0, 1]), (5, [0, 1])] {
             let free = hits[direction].distance;
             let nearest = hits[across[0]].distance.min(hits[across[1]].distance);
@@ -151,7 +211,7 @@ fn room_view(probes: &[Probe], length_scale: f32) -> Option<(Vec3, Vec3)> {
                 let height = (EYE_HEIGHT * length_scale)
                     .min(tall * 0.55)
                     .min(down.max(tall * 0.3));
-                let eye = Vec3::new(probe.at.x, probe.at.y - down + height, probe.at.z);
+                let eye = Vec3::new(sample.at.x, sample.at.y - down + height, sample.at.z);
                 let sign = if direction % 2 == 0 { -1.0 } else { 1.0 };
                 let mut target = eye;
                 target[direction / 2] += sign * free;
@@ -169,6 +229,11 @@ mod tests {
 
     /// A box of 4 x 3 x 8 m that is seen from outside or from inside.
     fn container(inside: bool) -> Scene {
+        walls(inside, 6)
+    }
+
+    /// The first `count` walls of the box; the last is that at the largest z.
+    fn walls(inside: bool, count: usize) -> Scene {
         let corner = |i: usize| {
             let bit = |b: usize| (i >> b & 1) as f32;
             Vec3::new(4.0 * bit(0), 3.0 * bit(1), 8.0 * bit(2))
@@ -186,7 +251,7 @@ mod tests {
             normals: vec![Vec3::Y; 8],
             ..Mesh::default()
         };
-        for [a, b, c, d] in quads {
+        for &[a, b, c, d] in &quads[..count] {
             for t in [[a, b, c], [a, c, d]] {
                 mesh.triangles
                     .push(if inside { [t[0], t[2], t[1]] } else { t });
@@ -217,5 +282,31 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn open_box_is_seen_through_its_open_side() {
+        let scene = walls(true, 5);
+        let camera = scene.framing_camera(&scene.rest_pose());
+        let (eye, ahead) = (camera.eye(), camera.ray(0.5, 0.5, 1, 1));
+        assert!(eye.z > 8.0 && ahead.z < -0.99, "{eye} {ahead}");
+    }
+
+    #[test]
+    fn object_with_a_hollow_stand_is_seen_from_outside() {
+        // The stand is a room of a tenth of the object's height; a pole carries the rest.
+        let mut scene = container(true);
+        let mesh = &mut scene.meshes[0];
+        let base = mesh.positions.len() as u32;
+        mesh.positions.extend([
+            Vec3::new(2.0, 3.0, 4.0),
+            Vec3::new(2.1, 3.0, 4.0),
+            Vec3::new(2.0, 30.0, 4.0),
+        ]);
+        mesh.normals.extend([Vec3::Z; 3]);
+        mesh.triangles.push([base, base + 1, base + 2]);
+        mesh.materials.push(0);
+        let eye = scene.framing_camera(&scene.rest_pose()).eye();
+        assert!(eye.x > 4.0 && eye.z > 8.0, "{eye}");
     }
 }

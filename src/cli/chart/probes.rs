@@ -207,7 +207,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let world = World::new(&scene, time);
     let camera = view.at(world.pose());
     let (width, height) = args.scene.view.size;
-    let request = args.encode.probes.request(&scene, args.encode.seed);
+    let request = args.encode.probes_request(&scene);
     warn_if_dark(&scene, &request.sky);
     let paths = world.paths(request.sky);
 
@@ -433,7 +433,7 @@ fn accuracy(scene: &Scene, rows: &[Row], scored: &Setting, args: &Args) -> Table
     let noise = psnr(scored.reference.noise(Part::All, scored.exposure).powi(2));
     let best = rows.iter().map(|row| row.picture.psnr);
     let best = best.fold(f64::NEG_INFINITY, f64::max);
-    let [x, y, z] = args.encode.probes.probes;
+    let [x, y, z] = args.encode.probes_request(scene).dims;
     Table {
         title: format!("{}, {x}x{y}x{z} probes", scene.name),
         columns: columns.map(String::from).to_vec(),

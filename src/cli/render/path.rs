@@ -21,6 +21,7 @@ const PASS: u32 = 8;
 
 /// Options of path-traced pictures.
 #[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Path tracing")]
 pub struct PathArgs {
     /// Paths a pixel, in two independent halves that tell the picture's noise.
     #[arg(long, value_name = "COUNT", default_value = "256",
