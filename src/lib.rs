@@ -1,7 +1,7 @@
 //! Dapple: the reference system for streamed and baked low-frequency light.
 //!
-//! Data flows one way: [`scene`] -> [`trace`] -> model ([`points`]) -> `dapple-codec` -> file or
-//! wire -> `dapple-codec` -> the model's sampler -> [`render`] -> [`measure`].
+//! Data flows one way: [`scene`] -> [`trace`] -> model ([`points`], [`probes`]) -> `dapple-codec` ->
+//! file or wire -> `dapple-codec` -> [`client`] -> [`render`] -> [`measure`].
 //! Nothing upstream knows what is downstream.
 
 pub mod client;

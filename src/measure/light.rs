@@ -263,15 +263,15 @@ pub struct DecodedVolume {
 ///
 /// # Errors
 /// Those of the codec.
-pub fn through_a_stream(content: &mut Source, packing: Packing) -> Result<DecodedVolume> {
-    content.pack_as(packing);
+pub fn through_a_stream(source: &mut Source, packing: Packing) -> Result<DecodedVolume> {
+    source.pack_as(packing);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
-    encoder.tracks(&mut bytes, &[content.track()])?;
+    encoder.tracks(&mut bytes, &[source.track()])?;
     let start = bytes.len();
-    content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
-    let block = content.server().visibility();
+    source.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
+    let block = source.server().visibility();
     let bytes_visibility = block.map_or(0, |v| v.texels.as_flattened().len() as u64);
     let bytes_first = (bytes.len() - start) as u64 - bytes_visibility;
     encoder.commit(&mut bytes, 0, None)?;

@@ -250,13 +250,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let all_frames = u64::from(WARM_UP) + (variants.len() as u64 + 1) * u64::from(frames);
     let bar = Progress::new("Probes and DDGI", all_frames);
     for variant in &variants {
-        let mut content = source::Source::new(&world, &variant.request, 0)?;
+        let mut probes = source::Source::new(&world, &variant.request, 0)?;
         for _ in 0..frames {
-            content.update(&world);
+            probes.update(&world);
             bar.step(1);
         }
-        let place = *content.server().volume();
-        let sent = through_a_stream(&mut content, variant.request.packing)?;
+        let place = *probes.server().volume();
+        let sent = through_a_stream(&mut probes, variant.request.packing)?;
         let field = sent.volume.field();
         for interpolation in [Interpolation::Trilinear, Interpolation::VisibilityWeighted] {
             let how = match interpolation {
@@ -273,7 +273,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Interpolation::VisibilityWeighted => sent.bytes_visibility,
             };
             rows.push(Row {
-                update_ms: Some(content.statistics().probe_update_ms),
+                update_ms: Some(probes.statistics().probe_update_ms),
                 look_up_ms: Some(look_up_ms),
                 bytes: Some([sent.bytes_first, visibility]),
                 ..row(&method, &scored, &indirect)?

@@ -43,7 +43,7 @@ pub fn request(min: Vec3, max: Vec3, dims: [u16; 3], samples: u32) -> Request {
 ///
 /// # Errors
 /// As [`Source::new`].
-pub fn settled(world: &World, request: &Request) -> Result<Source> {
+pub fn warmed_up(world: &World, request: &Request) -> Result<Source> {
     let mut source = Source::new(world, request, 0)?;
     source.warm_up(world);
     Ok(source)
@@ -53,8 +53,8 @@ pub fn settled(world: &World, request: &Request) -> Result<Source> {
 ///
 /// # Errors
 /// Those of the codec.
-pub fn decoded(content: &mut Source, packing: Packing) -> Result<ProbesVolume<'static>> {
-    Ok(through_a_stream(content, packing)?.volume)
+pub fn decoded(source: &mut Source, packing: Packing) -> Result<ProbesVolume<'static>> {
+    Ok(through_a_stream(source, packing)?.volume)
 }
 
 /// Writes frames of a scene without animation, a keyframe every `interval`, and calls `show` with the volume that a
@@ -64,26 +64,26 @@ pub fn decoded(content: &mut Source, packing: Packing) -> Result<ProbesVolume<'s
 /// Those of the codec.
 pub fn frames(
     world: &World,
-    content: &mut Source,
+    source: &mut Source,
     packing: Packing,
     frames: usize,
     interval: usize,
     mut show: impl FnMut(ProbesVolume),
 ) -> Result<()> {
-    content.pack_as(packing);
+    source.pack_as(packing);
     let mut decoder = Decoder::new(Limits::default());
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     for frame in 0..frames {
         if frame > 0 {
-            content.update(world);
+            source.update(world);
         }
         if frame % interval == 0 {
             encoder.group(&mut bytes, GroupStart::Keyframes)?;
-            encoder.tracks(&mut bytes, &[content.track()])?;
-            content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
+            encoder.tracks(&mut bytes, &[source.track()])?;
+            source.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
         } else {
-            content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
+            source.write_delta(&mut encoder, Compression::None, &mut bytes)?;
         }
         encoder.commit(&mut bytes, frame as u64, None)?;
         let mut rest = &bytes[..];

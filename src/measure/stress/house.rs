@@ -127,8 +127,8 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
                 samples,
             )
         };
-        let mut content = fixture::settled(&world, &request)?;
-        let volume = *content.server().volume();
+        let mut source = fixture::warmed_up(&world, &request)?;
+        let volume = *source.server().volume();
         let look = |field: &Field, how: LookUp, place: &Place, view: Vec3| {
             f64::from(fixture::irradiance(field, &volume, how, place, view)) / whole
         };
@@ -151,7 +151,7 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
         let mut client = None;
         fixture::frames(
             &world,
-            &mut content,
+            &mut source,
             request.packing,
             FRAMES,
             INTERVAL,
@@ -204,8 +204,8 @@ fn sealed_house(effort: Effort) -> Result<Finding> {
 
         let mut coarser = request;
         coarser.server.visibility = 8;
-        let mut content = fixture::settled(&world, &coarser)?;
-        let coarse = fixture::decoded(&mut content, coarser.packing)?;
+        let mut source = fixture::warmed_up(&world, &coarser)?;
+        let coarse = fixture::decoded(&mut source, coarser.packing)?;
         let light = along(&dark, &coarse.field());
         finding.add(&at, "8 texels, along walls, worst", worst(&light));
         if pictured {

@@ -90,9 +90,9 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
             [8, 3, 4],
             samples,
         );
-        let mut content = fixture::settled(&world, &request)?;
-        let decoded = fixture::decoded(&mut content, request.packing)?;
-        let volume = *content.server().volume();
+        let mut source = fixture::warmed_up(&world, &request)?;
+        let decoded = fixture::decoded(&mut source, request.packing)?;
+        let volume = *source.server().volume();
         let field = decoded.field();
         let blind = Field {
             visibility: None,
@@ -140,8 +140,8 @@ fn sealed_room(effort: Effort) -> Result<Finding> {
         if effort == Effort::Full {
             let mut coarser = request;
             coarser.server.visibility = 8;
-            let mut content = fixture::settled(&world, &coarser)?;
-            let decoded = fixture::decoded(&mut content, coarser.packing)?;
+            let mut source = fixture::warmed_up(&world, &coarser)?;
+            let decoded = fixture::decoded(&mut source, coarser.packing)?;
             let light =
                 fixture::at_places(&decoded.field(), &volume, LookUp::VisibilityWeighted, &dark);
             finding.add(
@@ -236,11 +236,11 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
                 effort.of(128, 256),
             )
         };
-        let mut content = fixture::settled(&world, &request)?;
-        let decoded = fixture::decoded(&mut content, Packing::Raw)?;
-        let volume = *content.server().volume();
+        let mut source = fixture::warmed_up(&world, &request)?;
+        let decoded = fixture::decoded(&mut source, Packing::Raw)?;
+        let volume = *source.server().volume();
         // As a server would send that does not detect probes inside geometry.
-        let everywhere = fixture::light(content.server());
+        let everywhere = fixture::light(source.server());
         let all = vec![true; everywhere.len()];
         let field = decoded.field();
         let of = |presence: bool, visibility: bool| Field {
@@ -268,7 +268,7 @@ fn probes_in_walls(effort: Effort) -> Result<Finding> {
                 finding.add(&at, name, error);
             }
         }
-        let disabled = content.sent().iter().filter(|p| p.level == 0).count();
+        let disabled = source.sent().iter().filter(|p| p.level == 0).count();
         finding.add(&at, "probes disabled", disabled as f64);
 
         if behind == 0.3 {

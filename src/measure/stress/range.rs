@@ -105,20 +105,20 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
             [6, 3, 4],
             effort.of(64, 256),
         );
-        let mut content = fixture::settled(&world, &request)?;
+        let mut source = fixture::warmed_up(&world, &request)?;
         let at = if lux < 1e4 {
             format!("{lux}")
         } else {
             format!("{lux:.0e}")
         };
-        let volume = *content.server().volume();
-        let right = fixture::light(content.server());
+        let volume = *source.server().volume();
+        let right = fixture::light(source.server());
 
-        let raw = fixture::decoded(&mut content, Packing::Raw)?;
+        let raw = fixture::decoded(&mut source, Packing::Raw)?;
         let field = raw.field();
         let figure = error(field.radiance, &right, field.present);
         finding.bounded(&at, "error, raw", figure, Bound::AtMost(RAW_ERROR));
-        let mut plain = *content.volume();
+        let mut plain = *source.volume();
         plain.exponent = 0;
         let clipped: Vec<L2> = right
             .iter()
@@ -131,7 +131,7 @@ fn bright_sun(effort: Effort) -> Result<Finding> {
         let figure = error(&clipped, &right, field.present);
         finding.add(&at, "error, raw, exponent 0", figure);
 
-        let packed = fixture::decoded(&mut content, request.packing)?;
+        let packed = fixture::decoded(&mut source, request.packing)?;
         let field = packed.field();
         let figure = error(field.radiance, &right, field.present);
         finding.bounded(&at, "error, packed", figure, Bound::AtMost(PACKED_ERROR));
@@ -224,9 +224,9 @@ fn outside(effort: Effort) -> Result<Finding> {
             effort.of(64, 256),
         )
     };
-    let mut content = fixture::settled(&world, &request)?;
-    let decoded = fixture::decoded(&mut content, request.packing)?;
-    let volume = *content.server().volume();
+    let mut source = fixture::warmed_up(&world, &request)?;
+    let decoded = fixture::decoded(&mut source, request.packing)?;
+    let volume = *source.server().volume();
     let field = decoded.field();
     let ways = [LookUp::Trilinear, LookUp::VisibilityWeighted];
     let look = |how, places: &[Place]| fixture::at_places(&field, &volume, how, places);

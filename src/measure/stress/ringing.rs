@@ -152,9 +152,9 @@ fn ringing(effort: Effort) -> Result<Finding> {
         let world = World::new(&scene, 0.0);
         let paths = world.paths(Sky::default());
         let request = fixture::request(Vec3::splat(-1.5), Vec3::splat(1.5), dims, 256);
-        let mut content = fixture::settled(&world, &request)?;
-        content.update(&world);
-        let server = content.server();
+        let mut source = fixture::warmed_up(&world, &request)?;
+        source.update(&world);
+        let server = source.server();
         let volume = *server.volume();
         let probe = |probe: usize| {
             let position = volume.position(probe);

@@ -237,14 +237,14 @@ fn irradiances(light: &[L2]) -> Vec<f32> {
 }
 
 /// The probes as clients have them.
-fn sent(content: &Source) -> Vec<L2> {
-    let volume = content.volume();
+fn sent(probes: &Source) -> Vec<L2> {
+    let volume = probes.volume();
     let scale = 2f32.powi(volume.exponent.into());
     let probe = |probe: &Probe| {
         let values = volume.values(probe).map(|bits| f32_from_f16(bits) * scale);
         std::array::from_fn(|lm| Vec3::from_slice(&values[3 * lm..]))
     };
-    content.sent().iter().map(probe).collect()
+    probes.sent().iter().map(probe).collect()
 }
 
 /// Flicker and bit rate of a scene without change.
@@ -279,25 +279,25 @@ fn measure_still(
         packing: Packing::packed(0.004),
         sky: Sky::default(),
     };
-    let mut content = fixture::settled(world, &request)?;
+    let mut probes = fixture::warmed_up(world, &request)?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
-    encoder.tracks(&mut bytes, &[content.track()])?;
-    content.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
+    encoder.tracks(&mut bytes, &[probes.track()])?;
+    probes.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
     encoder.commit(&mut bytes, 0, None)?;
     let frames = effort.of(12, 32);
-    let mut before = [fixture::light(content.server()), sent(&content)];
+    let mut before = [fixture::light(probes.server()), sent(&probes)];
     let mut squares = [0.0; 2];
     let (mut dropped, mut coded) = (0, 0);
     let (mut level, mut last) = (0.0, [Vec::new(), Vec::new()]);
     for frame in 0..frames {
-        dropped += content.update(world).dropped;
+        dropped += probes.update(world).dropped;
         let written = bytes.len();
-        content.write_delta(&mut encoder, Compression::None, &mut bytes)?;
+        probes.write_delta(&mut encoder, Compression::None, &mut bytes)?;
         coded += (bytes.len() - written).saturating_sub(RECORD);
         encoder.commit(&mut bytes, frame + 1, None)?;
-        let now = [fixture::light(content.server()), sent(&content)];
+        let now = [fixture::light(probes.server()), sent(&probes)];
         for (sum, (now, before)) in squares.iter_mut().zip(now.iter().zip(&before)) {
             let (now, before) = (irradiances(now), irradiances(before));
             let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
@@ -315,7 +315,7 @@ fn measure_still(
         bytes: coded as f64 / all,
         dropped: dropped as f64 / all,
         last,
-        volume: *content.server().volume(),
+        volume: *probes.server().volume(),
     })
 }
 

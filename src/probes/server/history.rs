@@ -37,7 +37,7 @@ impl Hysteresis {
 /// one frame of 10^5; two in a row and to the same side never.
 const GATE: f32 = 4.0;
 /// Frames before the mean is good enough to tell a change by.
-const SETTLED: u32 = 4;
+const MIN_AGE: u32 = 4;
 /// Share of a frame in the noise that is followed, once so many frames are in it. A jump of d adds
 /// d² / 32, far below what makes [`GATE`] miss it; a lucky path adds enough for the mean that it
 /// spoils not to be taken for a change of the light.
@@ -118,7 +118,7 @@ impl History {
     }
 
     fn has_changed(&self, new: &[Vec3]) -> bool {
-        if self.age < SETTLED {
+        if self.age < MIN_AGE {
             return false;
         }
         let expected = self.variance() * (1.0 + 1.0 / self.age as f32);

@@ -178,7 +178,7 @@ impl Server {
         self.frame
     }
 
-    /// The light at a probe as given out last, `(degree + 1)²` coefficients; empty before the first
+    /// The light at a probe as of the last frame that changed it, `(degree + 1)²` coefficients; empty before the first
     /// frame. World axes, which are the grid's.
     pub fn radiance(&self, probe: usize) -> &[Vec3] {
         &self.probes[probe].radiance

@@ -50,12 +50,12 @@ pub fn curves(world: &World, scored: &Setting, request: &Request) -> Result<Vec<
             warm_up: 0,
             ..*request
         };
-        let mut content = Source::new(world, &request, 0)?;
+        let mut probes = Source::new(world, &request, 0)?;
         for _ in 0..frames {
-            content.update(world);
+            probes.update(world);
             bar.step(1);
         }
-        let server: &Server = content.server();
+        let server: &Server = probes.server();
         let indirect = scored
             .seen
             .indirect(|surface| from_expansions(server, surface));
@@ -64,7 +64,7 @@ pub fn curves(world: &World, scored: &Setting, request: &Request) -> Result<Vec<
             curve,
             value,
             psnr: picture.psnr,
-            update_ms: content.statistics().probe_update_ms,
+            update_ms: probes.statistics().probe_update_ms,
         });
     }
     Ok(sweep)

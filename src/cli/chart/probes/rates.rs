@@ -31,30 +31,30 @@ pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32)
     for (number, tolerance) in TOLERANCES.into_iter().enumerate() {
         request.packing = Packing::packed(tolerance);
         let mut world = World::new(scene, time);
-        let mut content = Source::new(&world, &request, 0)?;
+        let mut probes = Source::new(&world, &request, 0)?;
         for _ in 0..request.warm_up {
-            content.update(&world);
+            probes.update(&world);
             bar.step(1);
         }
         let mut out = Vec::new();
         let mut encoder = Encoder::new(EncoderConfig::default(), &mut out)?;
         encoder.group(&mut out, GroupStart::Keyframes)?;
-        encoder.tracks(&mut out, &[content.track()])?;
-        let mut general = General::new(content.volume());
+        encoder.tracks(&mut out, &[probes.track()])?;
+        let mut general = General::new(probes.volume());
         for frame in 0..frames {
             world.advance(time + f64::from(frame) / fps, |_| {});
-            content.update(&world);
+            probes.update(&world);
             bar.step(1);
             match frame {
-                0 => content.write_keyframe(&mut encoder, Compression::None, &mut out)?,
-                _ => content.write_delta(&mut encoder, Compression::None, &mut out)?,
+                0 => probes.write_keyframe(&mut encoder, Compression::None, &mut out)?,
+                _ => probes.write_delta(&mut encoder, Compression::None, &mut out)?,
             }
             encoder.commit(&mut out, frame.into(), None)?;
             if number == 0 {
-                general.frame(&content)?;
+                general.frame(&probes)?;
             }
         }
-        let report = content.statistics();
+        let report = probes.statistics();
         let count = report.probes as f64;
         if number == 0 {
             for (name, bytes) in [
@@ -121,9 +121,9 @@ impl General {
         }
     }
 
-    fn frame(&mut self, content: &Source) -> Result<()> {
-        let probes = content.light().iter().enumerate().map(|(index, light)| {
-            match content.server().is_present(index) {
+    fn frame(&mut self, probes: &Source) -> Result<()> {
+        let probes = probes.light().iter().enumerate().map(|(index, light)| {
+            match probes.server().is_present(index) {
                 true => self.volume.quantize(&light.map(|c: Vec3| c.to_array())),
                 false => Probe::ABSENT,
             }
