@@ -72,6 +72,45 @@ fn a_program_that_is_no_decoder_fails() {
 }
 
 #[test]
+fn decoder_that_cannot_start_is_one_sentence() {
+    for batch in [&[][..], &["--batch"]] {
+        let output = conformance(&[&["--decoder", "/nowhere/decoder"], batch].concat());
+        assert_eq!(output.status.code(), Some(2));
+        let error = text(&output.stderr);
+        assert!(
+            error.contains("cannot be started") && error.lines().count() == 1,
+            "{error}"
+        );
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupt_ends_with_the_results_so_far() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mark = folder.path().join("asked");
+    // Only a request is followed by a second start.
+    let decoder = format!("echo >> {}; sleep 0.1; exit 1 #", mark.display());
+    let child = Command::new(env!("CARGO_BIN_EXE_dapple"))
+        .args(["conformance", "--decoder", &decoder])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("dapple runs");
+    while fs::read(&mark).map_or(0, |marks| marks.len()) < 2 {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    let signalled = Command::new("kill").args(["-INT", &id]).status();
+    assert!(signalled.is_ok_and(|status| status.success()));
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(130));
+    let summary = text(&output.stdout);
+    assert!(summary.contains("\nstopped: "), "{summary}");
+}
+
+#[test]
 fn what_makes_no_sense_is_one_sentence() {
     let folder = tempfile::tempdir().expect("folder");
     let skip = folder.path().join("skip");

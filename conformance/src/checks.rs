@@ -1,4 +1,4 @@
-//! What a decoder is asked about a vector, and what it has to answer.
+//! The requests about a vector, and the expected answers.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -11,7 +11,7 @@ use crate::vector::{Kind, Vector, sha256};
 /// A check that failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The lowest level that asks for it.
+    /// The lowest level that needs it.
     pub level: Level,
     /// What was done.
     pub check: String,
@@ -21,7 +21,7 @@ pub struct Failure {
     pub got: String,
 }
 
-/// Why a vector was left before all was asked.
+/// Why a vector was left before all requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// The decoder does not do this.
@@ -131,7 +131,7 @@ impl Checks<'_> {
         Ok(())
     }
 
-    /// Holds an answer about the whole stream against the vector.
+    /// Compares an answer about the whole stream with the vector.
     fn judge(&mut self, check: &str, arguments: &Arguments, answer: &Answer) {
         let info = &self.vector.info;
         let (dump, fault) = split(answer);
@@ -293,7 +293,12 @@ impl Checks<'_> {
                     .iter()
                     .map(|[low, high]| format!("{low} to {high}"));
                 let expected = intervals.collect::<Vec<_>>().join(", ");
-                self.fail(self.lowest, &check, expected, shown(line));
+                self.fail(
+                    self.lowest,
+                    &check,
+                    expected,
+                    shown(format!("{line}\n").as_bytes()),
+                );
             }
         }
         Ok(())
@@ -307,7 +312,7 @@ impl Checks<'_> {
         }
     }
 
-    /// The level that asks for layer, number and offset.
+    /// The level that needs layer, number and offset.
     fn full(&self) -> Level {
         match self.lowest {
             Level::Core => Level::Full,
@@ -351,13 +356,13 @@ impl Checks<'_> {
         }
     }
 
-    /// Holds a verdict that no file states against that of our own decoder.
+    /// Compares a verdict that no file states with that of the reference decoder.
     fn compare(&mut self, check: &str, arguments: &Arguments, input: &[u8], answer: &Answer) {
         if !self.options.compare {
             return;
         }
-        let own = match caught(&mut Reference::default(), arguments, input) {
-            Ok(own) => own,
+        let reference = match caught(&mut Reference::default(), arguments, input) {
+            Ok(reference) => reference,
             // Nobody knows what the answer is worth then, and that must not look like a pass.
             Err(error) => {
                 let expected = "what the reference decoder answers".to_string();
@@ -370,26 +375,28 @@ impl Checks<'_> {
                 return;
             }
         };
-        let (own_dump, own_fault) = split(&own);
+        let (reference_dump, reference_fault) = split(&reference);
         let (dump, fault) = split(answer);
-        let expected = verdict_text(&own);
-        if own.status != answer.status {
+        let expected = verdict_text(&reference);
+        if reference.status != answer.status {
             self.fail(self.lowest, check, expected, verdict_text(answer));
-        } else if own_dump != dump {
-            let (expected, got) = first_difference(own_dump, dump);
+        } else if reference_dump != dump {
+            let (expected, got) = first_difference(reference_dump, dump);
             self.fail(self.lowest, check, expected, got);
-        } else if own_fault != fault {
+        } else if reference_fault != fault {
             self.fail(self.full(), check, expected, verdict_text(answer));
         }
     }
 
-    /// Another output than the hash stands for: told by its first wrong line, where our own decoder
-    /// has the right one.
+    /// Another output than the hash stands for: shown by its first wrong line, where the reference
+    /// decoder has the right one.
     fn differs(&mut self, check: &str, arguments: &Arguments, hash: Option<&str>, answer: &Answer) {
-        let own = caught(&mut Reference::default(), arguments, &self.vector.bytes);
+        let reference = caught(&mut Reference::default(), arguments, &self.vector.bytes);
         let got = split(answer).0;
-        let lines = match &own {
-            Ok(own) if hash == Some(&sha256(split(own).0)) => first_difference(split(own).0, got),
+        let lines = match &reference {
+            Ok(reference) if hash == Some(&sha256(split(reference).0)) => {
+                first_difference(split(reference).0, got)
+            }
             _ => (
                 format!("output with SHA-256 {}", hash.unwrap_or("unknown")),
                 format!("{} bytes with SHA-256 {}", got.len(), sha256(got)),
@@ -399,7 +406,7 @@ impl Checks<'_> {
     }
 }
 
-/// Asks; a panic of our own decoder, which runs in this process, is no answer and stops nothing.
+/// Sends a request; a panic of the reference decoder, which runs in this process, is no answer and stops nothing.
 fn caught(
     program: &mut dyn Program,
     arguments: &Arguments,
@@ -450,7 +457,7 @@ fn first_difference(expected: &[u8], got: &[u8]) -> (String, String) {
         let (want, have) = (expected.next(), got.next());
         if want != have || want.is_none() {
             let text = |line: Option<&[u8]>| match line {
-                Some(line) => format!("line {number}: {}", shown(&String::from_utf8_lossy(line))),
+                Some(line) => format!("line {number}: {}", shown(line)),
                 None => format!("{} lines", number - 1),
             };
             return (text(want), text(have));
@@ -459,15 +466,53 @@ fn first_difference(expected: &[u8], got: &[u8]) -> (String, String) {
     }
 }
 
-/// A line as reports show it: not too long, and nothing that a terminal would act on.
-fn shown(line: &str) -> String {
-    let mut text: String = line
-        .trim_end_matches('\n')
-        .escape_debug()
-        .take(200)
-        .collect();
-    if line.chars().count() > 200 {
-        text.push_str(" ...");
+/// A line as reports show it: not too long, with escapes for what a reader would not see or a terminal
+/// would act on.
+fn shown(line: &[u8]) -> String {
+    const LONGEST: usize = 200;
+    let (line, end) = match line.strip_suffix(b"\n") {
+        Some(line) => (line, ""),
+        None => (line, " (no line feed)"),
+    };
+    let spaces = line.iter().rev().take_while(|&&byte| byte == b' ').count();
+    let (line, spaces) = line.split_at(line.len() - spaces);
+    let mut text = String::new();
+    for chunk in line.utf8_chunks() {
+        text.extend(chunk.valid().escape_debug());
+        for byte in chunk.invalid() {
+            text += &format!("\\x{byte:02x}");
+        }
     }
-    text
+    let cut = text.char_indices().nth(LONGEST).map(|(at, _)| at);
+    if let Some(cut) = cut {
+        text.truncate(cut);
+        text += " ...";
+    }
+    match spaces.len() {
+        0 => {}
+        1..=4 => text += &"\\u{20}".repeat(spaces.len()),
+        count => text += &format!("\\u{{20}} ({count} times)"),
+    }
+    text + end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn invisible_differences_are_escaped() {
+        for (got, text) in [
+            (&b"end \n"[..], "line 1: end\\u{20}"),
+            (b"end\r\n", "line 1: end\\r"),
+            (b"end\0\n", "line 1: end\\0"),
+            (b"\xef\xbb\xbfend\n", "line 1: \\u{feff}end"),
+            (b"e\xc2\xa0nd\n", "line 1: e\\u{a0}nd"),
+            (b"\xffend\n", "line 1: \\xffend"),
+            (b"end", "line 1: end (no line feed)"),
+        ] {
+            let (expected, got) = first_difference(b"end\n", got);
+            assert_eq!((expected.as_str(), got.as_str()), ("line 1: end", text));
+        }
+    }
 }

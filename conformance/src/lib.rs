@@ -1,7 +1,7 @@
 //! Conformance of Dapple decoders: the canonical dump, the vectors and what is known of them, the
-//! generator that writes them, and the runner that holds any decoder against them.
+//! generator that writes them, and the runner that runs them through any decoder.
 //!
-//! What a foreign decoder has to speak stands in `conformance/README.md`, the form of its output in
+//! What an external decoder has to speak stands in `conformance/README.md`, the form of its output in
 //! `spec/dump.md`.
 
 pub mod checks;

@@ -1,9 +1,9 @@
-//! What a decoder is held to, and how far.
+//! Levels of conformance, and the options of a run.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-/// What a decoder is held to. A decoder passes a level when it passes all vectors of it.
+/// A level of conformance. A decoder passes a level when it passes all vectors of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// Accepts or refuses as it must, with the dump that it must.
@@ -50,13 +50,16 @@ impl FromStr for Level {
     }
 }
 
+/// Step of [`Extent::Sample`]: odd, so that all bits of a byte have a turn.
+pub const SAMPLE_STEP: usize = 29;
+
 /// How many prefixes or single-bit flips of a vector are tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Extent {
     /// None.
     #[default]
     None,
-    /// One in 29: odd, so that all bits of a byte have a turn.
+    /// One in [`SAMPLE_STEP`].
     Sample,
     /// Every one.
     All,
@@ -79,7 +82,7 @@ impl Extent {
     pub fn step(self) -> Option<usize> {
         match self {
             Extent::None => None,
-            Extent::Sample => Some(29),
+            Extent::Sample => Some(SAMPLE_STEP),
             Extent::All => Some(1),
         }
     }
@@ -95,7 +98,7 @@ impl FromStr for Extent {
     }
 }
 
-/// How a decoder is held against vectors.
+/// The options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Levels; [`Level::Full`] takes [`Level::Core`] with it.
@@ -106,8 +109,8 @@ pub struct Options {
     pub flips: Extent,
     /// The decoder knows `--partial`. Where it does not, a few prefixes are tried.
     pub partial: bool,
-    /// Verdicts on prefixes and flips are held against those of our own decoder, which is of use
-    /// for any other decoder.
+    /// Verdicts on prefixes and flips are compared with those of the reference decoder, which
+    /// is of use for any other decoder.
     pub compare: bool,
     /// Vectors that may fail, by path, with the reasons.
     pub skips: BTreeMap<String, String>,
@@ -119,7 +122,7 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             levels: Level::ALL.to_vec(),
-            prefixes: Extent::All,
+            prefixes: Extent::Sample,
             flips: Extent::None,
             partial: true,
             compare: true,

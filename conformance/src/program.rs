@@ -1,4 +1,4 @@
-//! A foreign decoder as a program that answers: started for each request, or once for all.
+//! An external decoder as a program that answers: started for each request, or once for all.
 //!
 //! Nothing that the program does may hang or stop the runner. So its pipes have threads of their
 //! own, which only talk to us through channels and are never waited for: where the program leaves
@@ -14,7 +14,7 @@ use crate::protocol::{Answer, Arguments, Program, Status};
 
 /// A command line, and what its processes may take.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Foreign {
+pub struct CommandLine {
     /// For the shell; arguments are appended.
     pub command: String,
     /// Time for a request.
@@ -25,12 +25,12 @@ pub struct Foreign {
 
 /// A program that is started for each request.
 #[derive(Clone, Debug)]
-pub struct OneShot(pub Foreign);
+pub struct OneShot(pub CommandLine);
 
 /// A program that is started once, and again after it failed.
 #[derive(Debug)]
 pub struct Batch {
-    foreign: Foreign,
+    command_line: CommandLine,
     running: Option<Running>,
 }
 
@@ -41,6 +41,10 @@ const MAX_OUTPUT: u32 = 64 << 20;
 const GRACE: Duration = Duration::from_millis(500);
 
 impl Program for OneShot {
+    fn check(&mut self) -> Result<(), String> {
+        check_start(&self.0, &[])
+    }
+
     fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         let deadline = Instant::now() + self.0.timeout;
         let mut process = Process::start(&self.0, &arguments.words())?;
@@ -67,26 +71,51 @@ impl Program for OneShot {
 
 impl Batch {
     /// A program that is not started yet.
-    pub fn new(foreign: Foreign) -> Batch {
+    pub fn new(command_line: CommandLine) -> Batch {
         Batch {
-            foreign,
+            command_line,
             running: None,
         }
     }
 }
 
 impl Program for Batch {
+    fn check(&mut self) -> Result<(), String> {
+        check_start(&self.command_line, &["--batch".to_string()])
+    }
+
     fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         let mut running = match self.running.take() {
             Some(running) => running,
-            None => Running::start(&self.foreign)?,
+            None => Running::start(&self.command_line)?,
         };
-        let answer = running.request(arguments, input, self.foreign.timeout);
+        let answer = running.request(arguments, input, self.command_line.timeout);
         // After a failure nothing is known of what is still in its pipes.
         if answer.is_ok() {
             self.running = Some(running);
         }
         answer
+    }
+}
+
+/// Starts a program without input, to find out whether the shell can.
+///
+/// # Errors
+/// A sentence with what the shell says.
+fn check_start(command_line: &CommandLine, words: &[String]) -> Result<(), String> {
+    let mut process = Process::start(command_line, words)?;
+    drop(process.stdin());
+    // The output goes nowhere, however much it is.
+    let mut output = process.stdout();
+    thread::spawn(move || io::copy(&mut output, &mut io::sink()));
+    let status = process.wait(Instant::now() + command_line.timeout);
+    match status.and_then(|status| status.code()) {
+        // What a shell exits with where it finds no such command, or cannot run it.
+        Some(code @ (126 | 127)) => {
+            let ended = process.last_words(&format!("exit code {code}"));
+            Err(format!("the decoder cannot be started: {ended}"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -100,8 +129,8 @@ struct Running {
 }
 
 impl Running {
-    fn start(foreign: &Foreign) -> Result<Running, String> {
-        let mut process = Process::start(foreign, &["--batch".to_string()])?;
+    fn start(command_line: &CommandLine) -> Result<Running, String> {
+        let mut process = Process::start(command_line, &["--batch".to_string()])?;
         Ok(Running {
             requests: writer(process.stdin()),
             answers: answers(process.stdout()),
@@ -116,7 +145,7 @@ impl Running {
         timeout: Duration,
     ) -> Result<Answer, String> {
         match self.answers.try_recv() {
-            Ok(Ok(_)) => return Err("an answer that nobody asked for".to_string()),
+            Ok(Ok(_)) => return Err("an answer without a request".to_string()),
             Ok(Err(garbage)) => return Err(self.process.last_words(&garbage)),
             // Where the program is gone, the wait below says how.
             Err(_) => {}
@@ -173,13 +202,13 @@ struct Process {
 }
 
 impl Process {
-    fn start(foreign: &Foreign, words: &[String]) -> Result<Process, String> {
-        let mut child = shell(foreign, words)
+    fn start(command_line: &CommandLine, words: &[String]) -> Result<Process, String> {
+        let mut child = shell(command_line, words)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
-            .map_err(|e| format!("{} cannot be started: {e}", foreign.command))?;
+            .map_err(|e| format!("{} cannot be started: {e}", command_line.command))?;
         let errors = last_line(child.stderr.take());
         Ok(Process {
             child,
@@ -254,16 +283,16 @@ impl Drop for Process {
 }
 
 #[cfg(unix)]
-fn shell(foreign: &Foreign, words: &[String]) -> Command {
+fn shell(command_line: &CommandLine, words: &[String]) -> Command {
     let mut line = String::new();
-    if foreign.memory_mib > 0 {
+    if command_line.memory_mib > 0 {
         // Lines, so that a shell may let the last command take its place.
         line = format!(
             "ulimit -v {} || exit 126\n",
-            foreign.memory_mib.saturating_mul(1024)
+            command_line.memory_mib.saturating_mul(1024)
         );
     }
-    line += &foreign.command;
+    line += &command_line.command;
     // Parameters and no text: the shell acts on nothing that stands in a vector.
     line += " \"$@\"";
     let mut command = Command::new("sh");
@@ -273,9 +302,9 @@ fn shell(foreign: &Foreign, words: &[String]) -> Command {
 }
 
 #[cfg(not(unix))]
-fn shell(foreign: &Foreign, words: &[String]) -> Command {
+fn shell(command_line: &CommandLine, words: &[String]) -> Command {
     let mut command = Command::new("cmd");
-    command.args(["/C", &foreign.command]).args(words);
+    command.args(["/C", &command_line.command]).args(words);
     command
 }
 

@@ -89,6 +89,14 @@ pub trait Program {
     /// A sentence on what the decoder did instead of answering.
     fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String>;
 
+    /// Whether it can be started.
+    ///
+    /// # Errors
+    /// A sentence on why it cannot.
+    fn check(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+
     /// One more that answers the same, for another thread; `None` where requests have to come one
     /// after the other.
     fn another(&self) -> Option<Box<dyn Program + Send>> {

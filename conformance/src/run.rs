@@ -1,12 +1,13 @@
-//! Holds a decoder against vectors, level by level.
+//! Runs vectors through a decoder, level by level.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
 use crate::checks::{self, Failure, Stage, Stop};
-use crate::options::{Level, Options};
+use crate::options::{Extent, Level, Options, SAMPLE_STEP};
 use crate::protocol::Program;
 use crate::vector::{Kind, Vector};
 
@@ -52,7 +53,7 @@ pub struct Outcome {
     pub area: String,
     /// Its clauses.
     pub clauses: Vec<String>,
-    /// How it came out at each level that was asked for and that it belongs to.
+    /// How it came out at each level that was requested and that it belongs to.
     pub verdicts: Vec<(Level, Verdict)>,
     /// What failed; the first few.
     pub failures: Vec<Failure>,
@@ -60,7 +61,7 @@ pub struct Outcome {
     pub left_out: u64,
     /// Why it may fail.
     pub skip: Option<String>,
-    /// How often the decoder was asked.
+    /// Requests to the decoder.
     pub requests: u64,
 }
 
@@ -83,6 +84,10 @@ pub struct Report {
     pub decoder: String,
     /// In the order of the vectors' paths.
     pub outcomes: Vec<Outcome>,
+    /// Vectors that were not run, since the run was stopped.
+    pub not_run: usize,
+    /// Sentences on what was run and what was not.
+    pub extent: Vec<String>,
 }
 
 impl Report {
@@ -91,6 +96,7 @@ impl Report {
     pub fn passed(&self) -> bool {
         let passed = |level| self.count(level, None, Verdict::Passed) > 0;
         !self.outcomes.iter().any(Outcome::failed)
+            && self.not_run == 0
             && Level::ALL.into_iter().any(passed)
             && self.hollow().is_none()
     }
@@ -112,6 +118,7 @@ impl Report {
         };
         let unknown = self.outcomes.iter().filter(unknown).count();
         match self.hollow() {
+            _ if self.not_run > 0 => format!("stopped: {} vectors were not run", self.not_run),
             _ if self.outcomes.iter().any(Outcome::failed) => "failed".to_string(),
             Some(level) => format!("failed: no vector passed at level {}", level.name()),
             None if !self.passed() => "failed: nothing is implemented".to_string(),
@@ -137,64 +144,139 @@ impl Report {
         areas
     }
 
-    /// How often the decoder was asked.
+    /// Requests to the decoder.
     pub fn requests(&self) -> u64 {
         self.outcomes.iter().map(|outcome| outcome.requests).sum()
     }
 }
 
-/// So many vectors in a row without an answer, and the rest are not asked: a decoder that does not
-/// start, or always hangs, is told of soon.
+/// So many vectors in a row without an answer, and the rest are not run: a decoder that
+/// always hangs is reported soon.
 const GIVE_UP: usize = 10;
 
-/// The check of a vector that a silent decoder was not asked about.
-pub const NOT_ASKED: &str = "not asked";
+/// The check of a vector that was not run, since the decoder gave no answers.
+pub const NOT_RUN: &str = "not run";
 
-/// Holds a decoder against vectors; `progress` is told how many are done. The report does not depend
-/// on how many threads ask.
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress<'r> {
+    /// So many vectors are done.
+    Vectors(usize),
+    /// All vectors of an area are done.
+    Area {
+        /// The area.
+        name: &'r str,
+        /// Its vectors.
+        vectors: usize,
+        /// Those that failed at some level.
+        failed: usize,
+    },
+}
+
+/// Takes the progress of a run; [`ControlFlow::Break`] stops the run.
+pub type OnProgress<'p> = dyn FnMut(Progress<'_>) -> ControlFlow<()> + 'p;
+
+/// Runs vectors through a decoder. The report does not depend on the number of threads.
 ///
 /// # Errors
-/// A sentence where the skip file names a vector that does not exist, or the filter leaves none.
+/// A sentence where the decoder cannot be started, the skip file names a vector that does not exist,
+/// or the filter leaves none.
 pub fn run(
     decoder: &str,
     program: &mut dyn Program,
     vectors: &[Vector],
     options: &Options,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut OnProgress<'_>,
 ) -> Result<Report, String> {
     for path in options.skips.keys() {
         if !vectors.iter().any(|vector| vector.path() == *path) {
             return Err(format!("the skip file names {path}, which is no vector"));
         }
     }
-    let asked = vectors.iter().filter(|vector| {
+    let selected = vectors.iter().filter(|vector| {
         vector.path().contains(&options.filter) && !levels(vector, options).is_empty()
     });
-    let asked: Vec<&Vector> = asked.collect();
-    if asked.is_empty() {
+    let selected: Vec<&Vector> = selected.collect();
+    if selected.is_empty() {
         return Err("no vector has that level and that text in its path".to_string());
     }
-    let ahead = ahead(program, &asked, options, progress);
+    program.check()?;
+    let extent = extent(&selected, vectors.len(), options);
+    let total = selected.len();
+    let (ahead, mut flow) = ahead(program, &selected, options, progress);
     let done = ahead.len();
     let mut ahead = ahead.into_iter();
     let mut outcomes = Vec::new();
     // For each kind by itself: a decoder without sessions may do all else.
     let mut silent: BTreeMap<Kind, usize> = BTreeMap::new();
-    for vector in asked {
+    let mut area_start = 0;
+    for (index, vector) in selected.iter().enumerate() {
+        if flow.is_break() && index >= done {
+            break;
+        }
         let silent = silent.entry(vector.kind).or_default();
         let (outcome, answered) = match ahead.next() {
             _ if *silent >= GIVE_UP => (given_up(vector, options), false),
-            Some(held) => held,
+            Some(found) => found,
             None => one(program, vector, options),
         };
         *silent = if answered { 0 } else { *silent + 1 };
         outcomes.push(outcome);
-        progress(outcomes.len().max(done));
+        if flow.is_continue() {
+            flow = progress(Progress::Vectors(outcomes.len().max(done)));
+        }
+        if selected
+            .get(index + 1)
+            .is_none_or(|next| next.area != vector.area)
+        {
+            let of_area = &outcomes[area_start..];
+            // At its end the run is over anyway.
+            let _ = progress(Progress::Area {
+                name: &vector.area,
+                vectors: of_area.len(),
+                failed: of_area.iter().filter(|outcome| outcome.failed()).count(),
+            });
+            area_start = outcomes.len();
+        }
     }
     Ok(Report {
         decoder: decoder.to_string(),
+        not_run: total - outcomes.len(),
         outcomes,
+        extent,
     })
+}
+
+/// Sentences on what is run of the vectors and what is not.
+fn extent(run: &[&Vector], all: usize, options: &Options) -> Vec<String> {
+    let of = |extent: Extent, few: &str| match extent {
+        Extent::None => "none".to_string(),
+        Extent::Sample => format!("one in {} {few}", SAMPLE_STEP),
+        Extent::All => format!("all {few}"),
+    };
+    let mut sentences = Vec::new();
+    if run.len() < all {
+        sentences.push(format!(
+            "{} of {all} vectors have the level and filter",
+            run.len()
+        ));
+    }
+    let mut prefixes = of(
+        options.prefixes,
+        "of streams up to 4 KiB, five of longer ones",
+    );
+    if !options.partial && options.prefixes != Extent::None {
+        prefixes = "five of each stream (--batch tries more)".to_string();
+    } else if options.prefixes != Extent::All {
+        prefixes += " (--prefixes all runs every one)";
+    }
+    sentences.push(format!("prefixes: {prefixes}"));
+    let mut flips = of(options.flips, "of valid streams up to 4 KiB");
+    if options.flips != Extent::All {
+        flips += " (--flips sample or all)";
+    }
+    sentences.push(format!("single-bit flips: {flips}"));
+    sentences
 }
 
 /// What [`one`] gives for each vector, found on all cores; empty where there is one core, or the
@@ -203,16 +285,17 @@ fn ahead(
     program: &dyn Program,
     vectors: &[&Vector],
     options: &Options,
-    progress: &mut dyn FnMut(usize),
-) -> Vec<(Outcome, bool)> {
+    progress: &mut OnProgress<'_>,
+) -> (Vec<(Outcome, bool)>, ControlFlow<()>) {
     let threads = thread::available_parallelism().map_or(1, |threads| threads.get());
     let programs = (0..threads.min(vectors.len())).map_while(|_| program.another());
     let programs: Vec<_> = programs.collect();
     if programs.len() < 2 {
-        return Vec::new();
+        return (Vec::new(), ControlFlow::Continue(()));
     }
     let next = AtomicUsize::new(0);
-    let mut held: Vec<Option<(Outcome, bool)>> = vec![None; vectors.len()];
+    let mut flow = ControlFlow::Continue(());
+    let mut results: Vec<Option<(Outcome, bool)>> = vec![None; vectors.len()];
     thread::scope(|scope| {
         let (sender, receiver) = mpsc::channel();
         for mut program in programs {
@@ -223,18 +306,25 @@ fn ahead(
                     let Some(vector) = vectors.get(index) else {
                         return;
                     };
-                    let held = one(program.as_mut(), vector, options);
-                    let _ = sender.send((index, held));
+                    let found = one(program.as_mut(), vector, options);
+                    let _ = sender.send((index, found));
                 }
             });
         }
         drop(sender);
         for (done, (index, found)) in (1..).zip(receiver) {
-            held[index] = Some(found);
-            progress(done);
+            results[index] = Some(found);
+            if flow.is_continue() {
+                flow = progress(Progress::Vectors(done));
+            }
+            if flow.is_break() {
+                // The threads find no further vector.
+                next.store(vectors.len(), Ordering::Relaxed);
+            }
         }
     });
-    held.into_iter().flatten().collect()
+    let results = results.into_iter().map_while(|result| result);
+    (results.collect(), flow)
 }
 
 /// The skips of a skip file: a path and a reason a line; empty lines and those from `#` are not
@@ -259,7 +349,7 @@ pub fn skips(text: &str) -> Result<BTreeMap<String, String>, String> {
     Ok(skips)
 }
 
-/// The levels that a vector belongs to and that are asked for.
+/// The levels that a vector belongs to and that are requested.
 fn levels(vector: &Vector, options: &Options) -> Vec<Level> {
     let of_kind: &[Level] = match vector.kind {
         Kind::Valid | Kind::Invalid => &[Level::Core, Level::Full],
@@ -267,14 +357,14 @@ fn levels(vector: &Vector, options: &Options) -> Vec<Level> {
         Kind::Sessions => &[Level::Sessions],
         Kind::Queries => &[Level::Core, Level::Full, Level::Queries],
     };
-    let asked = |level: &Level| {
+    let requested = |level: &Level| {
         let with_full = *level == Level::Core && options.levels.contains(&Level::Full);
         options.levels.contains(level) || with_full
     };
-    of_kind.iter().copied().filter(asked).collect()
+    of_kind.iter().copied().filter(requested).collect()
 }
 
-/// Holds the decoder against one vector. Also whether it always answered.
+/// Runs one vector through the decoder. Also whether it always answered.
 fn one(program: &mut dyn Program, vector: &Vector, options: &Options) -> (Outcome, bool) {
     let levels = levels(vector, options);
     let mut outcome = empty(vector, options);
@@ -303,11 +393,11 @@ fn one(program: &mut dyn Program, vector: &Vector, options: &Options) -> (Outcom
             };
             outcome.verdicts.push((level, verdict));
         }
-        let asked = |failure: &Failure| {
+        let decides = |failure: &Failure| {
             let mut verdicts = outcome.verdicts.iter();
             verdicts.any(|(level, verdict)| *verdict == Verdict::Failed && failure.level <= *level)
         };
-        let failures = found.failures.into_iter().filter(asked);
+        let failures = found.failures.into_iter().filter(decides);
         outcome.failures.extend(failures.collect::<Vec<_>>());
     }
     skip(&mut outcome);
@@ -354,14 +444,14 @@ fn skip(outcome: &mut Outcome) {
     }
 }
 
-/// A vector that the decoder is not asked any more.
+/// A vector that is not run any more.
 fn given_up(vector: &Vector, options: &Options) -> Outcome {
     let mut outcome = empty(vector, options);
     let levels = levels(vector, options).into_iter();
     outcome.verdicts = levels.map(|level| (level, Verdict::Failed)).collect();
     outcome.failures.push(Failure {
         level: outcome.verdicts[0].0,
-        check: NOT_ASKED.to_string(),
+        check: NOT_RUN.to_string(),
         expected: "an answer".to_string(),
         got: format!("{GIVE_UP} vectors of this kind in a row went without an answer"),
     });

@@ -48,7 +48,7 @@ impl Kind {
     }
 }
 
-/// Of a clause, its sort; of a vector, what it comes to, whatever the class of its clauses.
+/// The class of a clause, or of a vector: what a decoder does with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Class {
@@ -145,7 +145,7 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("vectors")
 }
 
-/// Reads all vectors below a folder, in the order of their paths. Who made them need not be trusted.
+/// Reads all vectors below a folder, in the order of their paths. The files are untrusted input.
 ///
 /// # Errors
 /// A sentence that names the file which cannot be read, is no such JSON, says what does not fit its
@@ -176,7 +176,7 @@ struct Manifest {
     files: BTreeMap<String, String>,
 }
 
-/// Holds the files of vectors against the manifest, if there is one.
+/// Compares the files of vectors with the manifest, if there is one.
 fn check_manifest(folder: &Path, found: &Found) -> Result<(), String> {
     let place = folder.join(MANIFEST);
     if !place.exists() {
@@ -194,8 +194,8 @@ fn check_manifest(folder: &Path, found: &Found) -> Result<(), String> {
             return Err(format!("{}: not the file of {MANIFEST}", path.display()));
         }
     }
-    let mut strangers = found.iter();
-    match strangers.find(|(name, _)| !manifest.files.contains_key(*name)) {
+    let mut unlisted = found.iter();
+    match unlisted.find(|(name, _)| !manifest.files.contains_key(*name)) {
         Some((_, (_, _, path))) => Err(format!("{}: not in {MANIFEST}", path.display())),
         None => Ok(()),
     }
@@ -224,7 +224,7 @@ fn read(area: &str, kind: Kind, json: &Path) -> Result<Vector, String> {
     })
 }
 
-/// Whether a decoder can be held to this: limits that exist, and what a vector of the kind states.
+/// Whether a decoder can be tested with this: limits that exist, and what a vector of the kind states.
 fn check(kind: Kind, info: &Info) -> Result<(), String> {
     protocol::limits(&info.limits)?;
     let hashes = [
@@ -235,7 +235,7 @@ fn check(kind: Kind, info: &Info) -> Result<(), String> {
     let stated = (info.error.is_some(), hashes.map(Option::is_some));
     let accepted = stated == (false, [true, false, false]);
     let refused = stated == (true, [false, true, false]);
-    let (fits, wanted) = match kind {
+    let (fits, rule) = match kind {
         Kind::Valid => (accepted, "dump_sha256 alone"),
         Kind::Queries => (accepted, "dump_sha256 alone"),
         Kind::Invalid => (refused, "error and released_sha256"),
@@ -250,7 +250,7 @@ fn check(kind: Kind, info: &Info) -> Result<(), String> {
     };
     if !fits {
         let folder = kind.folder();
-        return Err(format!("a vector of {folder} states {wanted}"));
+        return Err(format!("a vector of {folder} states {rule}"));
     }
     if info.queries.is_empty() == (kind == Kind::Queries) {
         return Err("queries belong to vectors of queries, and to each of them".to_string());
@@ -312,7 +312,7 @@ fn json(value: &impl Serialize) -> Vec<u8> {
 /// # Errors
 /// A sentence that names the file.
 pub fn write(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), String> {
-    for path in strangers(folder, files)? {
+    for path in unexpected(folder, files)? {
         fs::remove_file(&path).map_err(|e| at(&path, e))?;
     }
     for (name, bytes) in files {
@@ -339,7 +339,7 @@ pub fn compare(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), S
             return Err(format!("{}: not what the generator writes", path.display()));
         }
     }
-    match strangers(folder, files)?.first() {
+    match unexpected(folder, files)?.first() {
         None => Ok(()),
         Some(path) => Err(format!(
             "{}: the generator writes no such file",
@@ -349,12 +349,12 @@ pub fn compare(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), S
 }
 
 /// Files in the folders of vectors that are not among these.
-fn strangers(folder: &Path, wanted: &BTreeMap<String, Vec<u8>>) -> Result<Vec<PathBuf>, String> {
+fn unexpected(folder: &Path, expected: &BTreeMap<String, Vec<u8>>) -> Result<Vec<PathBuf>, String> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
     let mut found = found(folder)?;
-    found.retain(|name, _| !wanted.contains_key(name));
+    found.retain(|name, _| !expected.contains_key(name));
     Ok(found.into_values().map(|(_, _, path)| path).collect())
 }
 

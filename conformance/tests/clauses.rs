@@ -306,12 +306,12 @@ fn table_of_checks_has_every_reject_clause_with_its_errors() {
 #[test]
 fn table_of_checks_is_that_of_the_text() {
     let container = &chapters()["container.md"];
-    let mut wanted: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut missing: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for row in csv("checks.csv") {
         let check = format!("[{}] {} {}", row[2], row[3], row[4]);
-        wanted.entry(row[0].clone()).or_default().push(check);
+        missing.entry(row[0].clone()).or_default().push(check);
     }
-    for (record, checks) in wanted {
+    for (record, checks) in missing {
         let head = format!("\n| {record} | ");
         let lines = container.split(&head).skip(1);
         let stated = lines.filter_map(|rest| rest.split(" |\n").next());

@@ -48,15 +48,15 @@ const OF_NO_STREAM: [u16; 3] = [4012, 4013, 4014];
 
 #[test]
 fn each_error_has_a_vector() {
-    let mut wanted = table();
-    assert!(wanted.len() > 60 && OF_NO_STREAM.iter().all(|id| wanted.remove(id)));
+    let mut missing = table();
+    assert!(missing.len() > 60 && OF_NO_STREAM.iter().all(|id| missing.remove(id)));
     let arguments = Arguments {
         mode: Mode::Session,
         ..Arguments::default()
     };
     for vector in vectors() {
         if let Some(fault) = &vector.info.error {
-            wanted.remove(&fault.id);
+            missing.remove(&fault.id);
         }
         if vector.kind == Kind::Sessions {
             let answer = Reference::default().request(&arguments, &vector.bytes);
@@ -64,10 +64,10 @@ fn each_error_has_a_vector() {
             for line in transcript.expect("text").lines() {
                 let words: Vec<&str> = line.split(' ').collect();
                 if let ["error", _, id, _] = words.as_slice() {
-                    wanted.remove(&id.parse().expect("a number"));
+                    missing.remove(&id.parse().expect("a number"));
                 }
             }
         }
     }
-    assert!(wanted.is_empty(), "no vector has {wanted:?}");
+    assert!(missing.is_empty(), "no vector has {missing:?}");
 }

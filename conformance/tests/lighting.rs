@@ -8,13 +8,15 @@ use dapple_conformance::generate::frames::Frames;
 use dapple_conformance::models::Expected;
 use dapple_conformance::models::entry::Entry;
 use dapple_conformance::models::probes::expected::Content;
-use dapple_conformance::models::probes::oracle::{self, CONSTANTS, Field, Surface, asked, look_up};
+use dapple_conformance::models::probes::oracle::{
+    self, CONSTANTS, Field, Surface, look_up, with_intervals,
+};
 use dapple_conformance::models::probes::queries::Interpolation;
 use dapple_conformance::models::probes::queries::ProbesQuery;
 use dapple_conformance::models::probes::writer::{Probe, Volume};
 
 /// A track of one frame with raw probes and the same texel everywhere.
-fn held(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> TrackContent {
+fn track(volume: &Volume, probes: Vec<Probe>, texel: Option<[u8; 2]>) -> TrackContent {
     let texels = texel.map(|texel| vec![texel; volume.visibility_bytes() / 2].concat());
     let content = Content {
         visibility: texels,
@@ -32,7 +34,7 @@ fn grey(bits: u16) -> Probe {
     Probe::raw(&[bits; 3])
 }
 
-fn question(x: [f64; 3], interpolation: Interpolation) -> ProbesQuery {
+fn query(x: [f64; 3], interpolation: Interpolation) -> ProbesQuery {
     ProbesQuery {
         track: 1,
         position: x.map(|v| (v * 65536.0) as i32),
@@ -50,28 +52,32 @@ fn questions_that_rounding_decides_are_refused() {
     use Interpolation::{Trilinear, VisibilityWeighted};
     let volume = Volume::raw([2, 1, 1]);
     let (one, four) = (grey(0x3c00), grey(0x4400));
-    let at_absent = held(&volume, vec![Probe::ABSENT, four], None);
-    let there = question([0.0; 3], VisibilityWeighted);
+    let at_absent = track(&volume, vec![Probe::ABSENT, four], None);
+    let there = query([0.0; 3], VisibilityWeighted);
     assert!(
-        asked(&at_absent, there.clone()).is_ok(),
+        with_intervals(&at_absent, there.clone()).is_ok(),
         "its fill is alike"
     );
     let wide = Volume::raw([3, 1, 1]);
-    let between = held(&wide, vec![one, Probe::ABSENT, four], None);
-    let middle = question([0.5, 0.0, 0.0], VisibilityWeighted);
-    assert!(asked(&between, middle).is_err(), "at an absent probe");
-    assert!(asked(&between, question([0.5, 0.0, 0.0], Trilinear)).is_ok());
-    assert!(asked(&between, question([0.45, 0.0, 0.0], VisibilityWeighted)).is_ok());
+    let between = track(&wide, vec![one, Probe::ABSENT, four], None);
+    let middle = query([0.5, 0.0, 0.0], VisibilityWeighted);
+    assert!(
+        with_intervals(&between, middle).is_err(),
+        "at an absent probe"
+    );
+    assert!(with_intervals(&between, query([0.5, 0.0, 0.0], Trilinear)).is_ok());
+    assert!(with_intervals(&between, query([0.45, 0.0, 0.0], VisibilityWeighted)).is_ok());
     let seeing = Volume {
         range: 0.1,
         ..volume.clone().seeing(4)
     };
-    let within = question([0.25, 0.0, 0.0], VisibilityWeighted);
+    let within = query([0.25, 0.0, 0.0], VisibilityWeighted);
     let probes = vec![one, four];
-    let nearly = |texel| asked(&held(&seeing, probes.clone(), Some(texel)), within.clone());
+    let nearly =
+        |texel| with_intervals(&track(&seeing, probes.clone(), Some(texel)), within.clone());
     assert!(nearly([255, 0]).is_ok() && nearly([100, 0]).is_ok());
     // Between 254 and 255 a mean may lie on either side of 254.5.
-    let mut mixed = held(&seeing, probes.clone(), Some([255, 0]));
+    let mut mixed = track(&seeing, probes.clone(), Some([255, 0]));
     let Expected::Probes(state) = &mut mixed.state else {
         panic!("a track of probes");
     };
@@ -79,7 +85,8 @@ fn questions_that_rounding_decides_are_refused() {
     bytes.iter_mut().step_by(4).for_each(|byte| *byte = 254);
     let refused = (0..200).any(|i| {
         let x = [0.25, 0.01 * f64::from(i) - 1.0, 0.3];
-        asked(&mixed, question(x, VisibilityWeighted)).is_err_and(|e| e.contains("mean distance"))
+        with_intervals(&mixed, query(x, VisibilityWeighted))
+            .is_err_and(|e| e.contains("mean distance"))
     });
     assert!(refused, "a mean between two codes");
     let lost = ProbesQuery {
@@ -87,13 +94,13 @@ fn questions_that_rounding_decides_are_refused() {
         roughness: (0.7706 * 65536.0) as u32,
         ..within.clone()
     };
-    let open = held(&volume, probes, None);
-    assert!(asked(&open, lost).is_err_and(|e| e.contains("lobe")));
+    let open = track(&volume, probes, None);
+    assert!(with_intervals(&open, lost).is_err_and(|e| e.contains("lobe")));
     let far = ProbesQuery {
         position: [(1 << 25) + 1, 7, 7],
         ..within.clone()
     };
-    assert!(asked(&open, far).is_err(), "no f32");
+    assert!(with_intervals(&open, far).is_err(), "no f32");
     for wrong in [
         ProbesQuery {
             normal: [0; 3],
@@ -108,7 +115,7 @@ fn questions_that_rounding_decides_are_refused() {
             ..within
         },
     ] {
-        assert!(asked(&open, wrong).is_err());
+        assert!(with_intervals(&open, wrong).is_err());
     }
 }
 
@@ -118,10 +125,10 @@ fn the_oracle_reproduces_what_is_linear() {
     let volume = Volume::raw([3, 2, 2]);
     // 1, 2 and 3 at x of 0, 0.5 and 1.
     let probes = (0..12).map(|i| grey([0x3c00, 0x4000, 0x4200][i % 3]));
-    let field = Field::of(&held(&volume, probes.collect(), None)).expect("a volume");
+    let field = Field::of(&track(&volume, probes.collect(), None)).expect("a volume");
     for i in 0..20 {
         let x = [f64::from(i) / 19.0, 0.3, 0.4];
-        let found = look_up(&field, &Surface::of(&question(x, Interpolation::Trilinear)));
+        let found = look_up(&field, &Surface::of(&query(x, Interpolation::Trilinear)));
         let found = found.expect("nothing is near");
         let position = (x[0] * 65536.0).trunc() / 65536.0;
         let radiance = (1.0 + 2.0 * position) * (1.0 / (4.0 * PI)).sqrt();

@@ -257,7 +257,7 @@ impl Sampler<'_> {
             () if self.wrong(OpenFrom255) => 0.0,
             () => 0.5,
         };
-        // The room is that of rounding: a mean of 255 everywhere is at the range.
+        // The margin is that of rounding: a mean of 255 everywhere is at the range.
         let nothing = range * (1.0 - (below + 1e-9) / 255.0);
         let open = mean > nothing && !self.wrong(NothingSeenHides);
         if open || (d <= mean && !self.wrong(BoundBelowMean)) {
@@ -479,20 +479,20 @@ fn decoded() -> Vec<(Vector, Decoder)> {
 }
 
 fn right(decoder: &Decoder, query: &Query, mistake: Option<Mistake>) -> bool {
-    let Query::Probes(asked) = query else {
+    let Query::Probes(query_of_probes) = query else {
         return false;
     };
     let mut tracks = decoder.tracks().iter();
     let live = match mistake == Some(FirstTrack) {
         true => tracks.next(),
-        false => tracks.find(|live| live.track.id == asked.track),
+        false => tracks.find(|live| live.track.id == query_of_probes.track),
     };
     let sampler = Sampler {
         decoder,
         live: live.expect("a live track"),
         mistake,
     };
-    query.accepts(sampler.sample(asked).as_flattened())
+    query.accepts(sampler.sample(query_of_probes).as_flattened())
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The tests of the vectors, the generator and the runner, but for `vectors.rs`.
 
 mod clauses;
+mod counts;
 mod examples;
 #[cfg(feature = "generate")]
 mod generator;

@@ -1,4 +1,4 @@
-//! The oracle of the query vectors against a search over all points, and the vectors against
+//! The oracle of the query vectors against a resynchronisation over all points, and the vectors against
 //! samplers with a mistake: each mistake must show.
 
 use dapple_codec::Decoder;
@@ -18,7 +18,7 @@ use dapple_conformance::vector::{Kind, Vector};
 #[test]
 fn the_oracle_finds_what_a_search_over_all_points_finds() {
     let mut draw = Draw(1);
-    let (mut found, mut asked) = (0, 0);
+    let (mut found, mut queried) = (0, 0);
     for round in 0..60 {
         let grid = writer::Grid {
             dims: [0; 3].map(|_| 1 + draw.below(5) as u16),
@@ -30,11 +30,11 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
         };
         let entry = Entry::of_grid(1, grid.clone());
         let volume = grid.dims.iter().map(|d| u32::from(*d)).product();
-        let mut room = vec![8; grid.buckets as usize];
+        let mut left_in = vec![8; grid.buckets as usize];
         let mut cells = Vec::new();
         for cell in 0..60 {
             let key = draw.below(volume);
-            let left = &mut room[grid.bucket(key) as usize];
+            let left = &mut left_in[grid.bucket(key) as usize];
             if *left > 0 {
                 *left -= 1;
                 let top = 8 * grid.point_bytes() as u32 - 1;
@@ -43,12 +43,12 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
                 cells.push((cell, key, points.collect()));
             }
         }
-        let held = Frames::new(std::slice::from_ref(&entry))
+        let content = Frames::new(std::slice::from_ref(&entry))
             .keyframe(&[filled(&entry, &cells)])
             .commit()
             .tracks
             .remove(0);
-        let points = all(&held);
+        let points = all(&content);
         let radius = f64::from(grid.radius);
         for _ in 0..400 {
             let spread = |dim: u16, draw: &mut Draw| {
@@ -61,10 +61,10 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
                 normal: [0; 3].map(|_| draw.below(2001) as i32 - 1000),
                 ao: [0; 2],
             };
-            let Ok(one) = look_up(&held, &query) else {
+            let Ok(one) = look_up(&content, &query) else {
                 continue;
             };
-            asked += 1;
+            queried += 1;
             let (x, normal) = place(&query);
             let other = occlusion(&points, radius, x, normal).expect("no threshold is near");
             assert!(
@@ -74,7 +74,7 @@ fn the_oracle_finds_what_a_search_over_all_points_finds() {
             found += u32::from(other.weight > 0.0);
         }
     }
-    assert!(asked > 10_000 && found > 2_000, "{asked} {found}");
+    assert!(queried > 10_000 && found > 2_000, "{queried} {found}");
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn questions_at_a_threshold_are_refused() {
     // A point at 0.7578125 along each axis, its normal along z.
     let entry = entry(1, [5, 4, 8]);
     let point = entry.grid().point([16; 3], [0; 2], 100);
-    let held = Frames::new(std::slice::from_ref(&entry))
+    let content = Frames::new(std::slice::from_ref(&entry))
         .keyframe(&[filled(
             &entry,
             &[(0, entry.grid().key([1; 3]), vec![point])],
@@ -93,7 +93,7 @@ fn questions_at_a_threshold_are_refused() {
     let ask = |x: [f64; 3], normal| {
         let position = x.map(|v| (v * 65536.0) as i32);
         look_up(
-            &held,
+            &content,
             &PointsQuery {
                 track: 1,
                 position,
@@ -130,8 +130,8 @@ fn questions_at_a_threshold_are_refused() {
         normal: [1; 3],
         ao: [0; 2],
     };
-    assert!(look_up(&held, &far).is_err(), "no f32");
-    assert!(within_block(&held, [at; 3]).is_ok_and(|points| points.len() == 1));
+    assert!(look_up(&content, &far).is_err(), "no f32");
+    assert!(within_block(&content, [at; 3]).is_ok_and(|points| points.len() == 1));
 }
 
 /// An enum, and a list of all its variants.
@@ -156,7 +156,7 @@ listed! {
         FirstEntry,
         /// Cells count that no bucket names.
         Unnamed,
-        /// The first track is asked.
+        /// The first track is queried.
         FirstTrack,
         OwnCube,
         FartherSide,
@@ -172,7 +172,7 @@ listed! {
         /// The cosine may have any sign.
         EitherNormal,
         NoTd,
-        /// The cosine of Eq. 3 is held against T_d without its square.
+        /// The cosine of Eq. 3 is compared with T_d without its square.
         NoSquare,
         /// Points at the fragment are left out.
         NoPointAtFragment,

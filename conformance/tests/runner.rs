@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use std::ops::ControlFlow;
+
 use dapple_conformance::checks::query_input;
 use dapple_conformance::models::Query;
 use dapple_conformance::models::Samplers;
@@ -13,10 +15,10 @@ use dapple_conformance::models::points::writer::{Part, points};
 use dapple_conformance::models::probes::queries::Interpolation;
 use dapple_conformance::models::probes::writer::Volume;
 use dapple_conformance::options::{Extent, Level, Options};
-use dapple_conformance::program::{Batch, Foreign, OneShot};
+use dapple_conformance::program::{Batch, CommandLine, OneShot};
 use dapple_conformance::protocol::{Answer, Arguments, Mode, Program, Status, split};
 use dapple_conformance::reference::Reference;
-use dapple_conformance::run::{Outcome, Report, Verdict, run, skips};
+use dapple_conformance::run::{Outcome, Progress, Report, Verdict, run, skips};
 use dapple_conformance::stream_builder::{self, StreamBuilder, commit, group, kind};
 use dapple_conformance::vector::{Class, Info, Kind, Vector, files_of, load, sha256};
 
@@ -113,8 +115,8 @@ fn vectors() -> Vec<Vector> {
     ]
 }
 
-fn foreign(command: String, seconds: f64, memory_mib: u64) -> Foreign {
-    Foreign {
+fn command_line(command: String, seconds: f64, memory_mib: u64) -> CommandLine {
+    CommandLine {
         command,
         timeout: Duration::from_secs_f64(seconds),
         memory_mib,
@@ -123,22 +125,26 @@ fn foreign(command: String, seconds: f64, memory_mib: u64) -> Foreign {
 
 fn options(batch: bool) -> Options {
     Options {
+        prefixes: Extent::All,
         flips: if batch { Extent::All } else { Extent::None },
         partial: batch,
         ..Options::default()
     }
 }
 
-fn held(program: &mut dyn Program, vectors: &[Vector], options: &Options) -> Report {
-    run("a decoder", program, vectors, options, &mut |_| {}).expect("a report")
+fn report_of(program: &mut dyn Program, vectors: &[Vector], options: &Options) -> Report {
+    run("a decoder", program, vectors, options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("a report")
 }
 
 /// One shot, with a few prefixes, and batch, with all prefixes and flips.
 fn both(command: &str, seconds: f64, vectors: &[Vector]) -> [Report; 2] {
-    let foreign = foreign(command.to_string(), seconds, 1024);
+    let command_line = command_line(command.to_string(), seconds, 1024);
     [
-        held(&mut OneShot(foreign.clone()), vectors, &options(false)),
-        held(&mut Batch::new(foreign), vectors, &options(true)),
+        report_of(&mut OneShot(command_line.clone()), vectors, &options(false)),
+        report_of(&mut Batch::new(command_line), vectors, &options(true)),
     ]
 }
 
@@ -152,6 +158,149 @@ fn verdict(report: &Report, name: &str, level: Level) -> Verdict {
     let verdicts = &outcome(report, name).verdicts;
     let found = verdicts.iter().find(|verdict| verdict.0 == level);
     found.expect("a verdict at this level").1
+}
+
+#[test]
+fn command_that_cannot_start_is_one_error() {
+    let command_line = command_line("/nowhere/decoder".to_string(), 20.0, 0);
+    let programs: [&mut dyn Program; 2] = [
+        &mut OneShot(command_line.clone()),
+        &mut Batch::new(command_line),
+    ];
+    for program in programs {
+        let report = run("", program, &vectors(), &options(false), &mut |progress| {
+            panic!("{progress:?}")
+        });
+        let error = report.expect_err("no report");
+        assert!(error.contains("cannot be started"), "{error}");
+        assert!(error.contains("/nowhere/decoder"), "{error}");
+    }
+}
+
+#[test]
+fn failures_that_differ_in_offsets_are_grouped() {
+    // Other offsets of the same error, and one vector of another error.
+    let mut vectors: Vec<Vector> = (1..8)
+        .map(|count| {
+            let mut builder = stream();
+            for number in 1..count {
+                builder.put(kind::COMMIT, &commit(number.into(), number, None));
+            }
+            let mut bytes = builder.ended();
+            *bytes.last_mut().expect("an end record") ^= 1;
+            vector(Kind::Invalid, &format!("E1011-commits-{count}"), bytes, &[])
+        })
+        .collect();
+    let mut magic = stream().ended();
+    magic[0] = 0;
+    vectors.push(vector(Kind::Invalid, "E1001-magic", magic, &[]));
+    let command_line = command_line(format!("{BROKEN} id"), 20.0, 1024);
+    let report = report_of(&mut Batch::new(command_line), &vectors, &Options::default());
+    assert_eq!(report.outcomes.iter().filter(|o| o.failed()).count(), 8);
+    let text = dapple_conformance::report::text(&report);
+    assert_eq!(text.matches("\nfailed: ").count(), 2, "{text}");
+    let first =
+        "failed: 7 vectors alike, the first is container/invalid/E1011-commits-1 (full; C-001)";
+    assert!(text.contains(first), "{text}");
+    assert!(text.contains("alike: container/invalid/E1011-commits-5\n  and 2 more vectors"));
+    let html = dapple_conformance::report::html(&report, &[]);
+    assert_eq!(html.matches("<article>").count(), 2);
+    assert!(html.contains("6 more alike"));
+}
+
+#[test]
+fn stopped_run_reports_what_it_has() {
+    for alone in [true, false] {
+        let vectors: Vec<Vector> = (60..90)
+            .map(|i| {
+                let name = format!("v{i:02}");
+                vector(Kind::Limits, &name, stream().ended(), &[("tracks", i)])
+            })
+            .collect();
+        let report = run(
+            "stopped",
+            &mut Unreliable { alone },
+            &vectors,
+            &options(true),
+            &mut |progress| match progress {
+                Progress::Vectors(3..) => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            },
+        );
+        let report = report.expect("a report");
+        assert_eq!(report.outcomes.len() + report.not_run, vectors.len());
+        assert!(!report.outcomes.iter().any(Outcome::failed) && !report.passed());
+        let text = dapple_conformance::report::text(&report);
+        let last = format!("\nstopped: {} vectors were not run\n", report.not_run);
+        assert!(text.ends_with(&last), "{text}");
+        if alone {
+            assert_eq!(report.outcomes.len(), 3);
+        }
+    }
+}
+
+#[test]
+fn areas_are_reported_as_they_end() {
+    let mut vectors = vectors();
+    vectors[4].area = "points".to_string();
+    let mut areas = Vec::new();
+    let command_line = command_line(format!("{BROKEN} dump"), 20.0, 1024);
+    let report = run(
+        "",
+        &mut Batch::new(command_line),
+        &vectors,
+        &Options::default(),
+        &mut |progress| {
+            if let Progress::Area {
+                name,
+                vectors,
+                failed,
+            } = progress
+            {
+                areas.push((name.to_string(), vectors, failed));
+            }
+            ControlFlow::Continue(())
+        },
+    );
+    assert!(report.is_ok());
+    let [container, points] = areas.as_slice() else {
+        panic!("{areas:?}");
+    };
+    assert_eq!((container.0.as_str(), container.1), ("container", 4));
+    assert_eq!(points, &("points".to_string(), 1, 1));
+}
+
+#[test]
+fn report_states_what_was_run() {
+    let text = |options: &Options| {
+        let report = report_of(&mut Reference::default(), &vectors(), options);
+        dapple_conformance::report::text(&report)
+    };
+    let quick = text(&Options::default());
+    for sentence in [
+        "prefixes: one in 29 of",
+        "(--prefixes all",
+        "flips: none",
+        "(--flips",
+    ] {
+        assert!(quick.contains(sentence), "{quick}");
+    }
+    let whole = text(&Options {
+        prefixes: Extent::All,
+        flips: Extent::All,
+        ..Options::default()
+    });
+    assert!(
+        whole.contains("prefixes: all of") && whole.contains("flips: all of"),
+        "{whole}"
+    );
+    assert!(!whole.contains("--"), "{whole}");
+    let some = text(&Options {
+        filter: "valid/whole".to_string(),
+        ..options(false)
+    });
+    assert!(some.contains("1 of 5 vectors have"), "{some}");
+    assert!(some.contains("prefixes: five of each"), "{some}");
 }
 
 #[test]
@@ -207,8 +356,8 @@ fn prefixes_and_flips_are_held_to_their_verdicts() {
     let vectors = vectors();
     let whole = &vectors[4..];
     let report = |fault: &str, options: &Options| {
-        let foreign = foreign(format!("{BROKEN} {fault}"), 20.0, 1024);
-        held(&mut Batch::new(foreign), whole, options)
+        let command_line = command_line(format!("{BROKEN} {fault}"), 20.0, 1024);
+        report_of(&mut Batch::new(command_line), whole, options)
     };
     let eager = report("eager", &options(true));
     let failures = &outcome(&eager, "whole").failures;
@@ -259,8 +408,8 @@ fn a_decoder_that_gives_no_answer_fails_and_stops_nothing() {
 
 #[test]
 fn answers_that_nobody_asked_for_are_noticed() {
-    let foreign = foreign(format!("{BROKEN} twice"), 20.0, 1024);
-    let report = held(&mut Batch::new(foreign), &vectors(), &options(true));
+    let command_line = command_line(format!("{BROKEN} twice"), 20.0, 1024);
+    let report = report_of(&mut Batch::new(command_line), &vectors(), &options(true));
     assert!(report.outcomes[0].failed());
 }
 
@@ -269,12 +418,12 @@ fn a_decoder_that_never_answers_is_given_up() {
     let vectors: Vec<Vector> = (0..40)
         .map(|i| vector(Kind::Valid, &format!("v{i:02}"), stream().ended(), &[]))
         .collect();
-    let foreign = foreign("/nowhere/decoder".to_string(), 20.0, 0);
+    let command_line = command_line("exit 9 #".to_string(), 20.0, 0);
     let skipping = Options {
         skips: skips("container/valid/v30 because").expect("skips"),
         ..options(false)
     };
-    let report = held(&mut OneShot(foreign), &vectors, &skipping);
+    let report = report_of(&mut OneShot(command_line), &vectors, &skipping);
     let others = |outcome: &&Outcome| !outcome.path.ends_with("v30");
     assert!(report.outcomes.iter().filter(others).all(Outcome::failed));
     assert_eq!(verdict(&report, "v30", Level::Core), Verdict::Skipped);
@@ -283,20 +432,20 @@ fn a_decoder_that_never_answers_is_given_up() {
 }
 
 /// Our decoder, but for some values of a limit; on one thread, or on all.
-struct Moody {
+struct Unreliable {
     alone: bool,
 }
 
-impl Program for Moody {
+impl Program for Unreliable {
     fn request(&mut self, arguments: &Arguments, input: &[u8]) -> Result<Answer, String> {
         match arguments.limits["tracks"] {
-            7 | 20..40 => Err("a mood".to_string()),
+            7 | 20..40 => Err("no answer now".to_string()),
             _ => Reference::default().request(arguments, input),
         }
     }
 
     fn another(&self) -> Option<Box<dyn Program + Send>> {
-        (!self.alone).then(|| Box::new(Moody { alone: true }) as Box<dyn Program + Send>)
+        (!self.alone).then(|| Box::new(Unreliable { alone: true }) as Box<dyn Program + Send>)
     }
 }
 
@@ -311,17 +460,22 @@ fn threads_leave_no_mark_on_a_report() {
     let [in_turn, at_once] = [true, false].map(|alone| {
         let mut done = Vec::new();
         let report = run(
-            "moody",
-            &mut Moody { alone },
+            "unreliable",
+            &mut Unreliable { alone },
             &vectors,
             &options(true),
-            &mut |n| done.push(n),
+            &mut |progress| {
+                if let Progress::Vectors(count) = progress {
+                    done.push(count);
+                }
+                ControlFlow::Continue(())
+            },
         );
         assert!(done.is_sorted() && done.last() == Some(&59));
         report.expect("a report")
     });
     assert_eq!(in_turn, at_once);
-    // One without an answer is forgiven, ten in a row are not, and then nothing more is asked.
+    // One without an answer is forgiven, ten in a row are not, and then nothing more is run.
     for (name, failed) in [("v06", false), ("v07", true), ("v19", false), ("v59", true)] {
         assert_eq!(outcome(&at_once, name).failed(), failed, "{name}");
     }
@@ -333,28 +487,28 @@ fn threads_leave_no_mark_on_a_report() {
 #[test]
 fn a_pipe_that_nobody_reads_blocks_nothing() {
     let large = vec![7; 4 << 20];
-    let mut leaves = OneShot(foreign("exit 1 #".to_string(), 20.0, 0));
+    let mut leaves = OneShot(command_line("exit 1 #".to_string(), 20.0, 0));
     let answer = leaves
         .request(&Arguments::default(), &large)
         .expect("an exit code");
     assert_eq!(answer.status, Status::Refused);
     for command in ["sleep 60 #", "sleep 60 & exec sleep 60 #"] {
-        let foreign = foreign(command.to_string(), 0.2, 0);
-        let late = OneShot(foreign.clone()).request(&Arguments::default(), &large);
+        let command_line = command_line(command.to_string(), 0.2, 0);
+        let late = OneShot(command_line.clone()).request(&Arguments::default(), &large);
         assert!(late.is_err_and(|error| error.contains("no end within")));
-        let late = Batch::new(foreign).request(&Arguments::default(), &large);
+        let late = Batch::new(command_line).request(&Arguments::default(), &large);
         assert!(late.is_err_and(|error| error.contains("no end within")));
     }
     // Garbage that was there before the request.
     let chatter = "head -c 8 >/dev/null; printf '\\0\\0\\0\\0\\0hello'; sleep 60 #";
-    let mut chatter = Batch::new(foreign(chatter.to_string(), 20.0, 0));
+    let mut chatter = Batch::new(command_line(chatter.to_string(), 20.0, 0));
     let first = chatter.request(&Arguments::default(), b"");
     assert!(first.is_ok_and(|answer| answer.status == Status::Complete));
     std::thread::sleep(Duration::from_millis(100));
     let second = chatter.request(&Arguments::default(), b"");
     assert!(second.is_err_and(|error| error.contains("status 104")));
     // A process that outlives its parent and holds the pipes open.
-    let mut orphan = OneShot(foreign("sleep 3 & exit 1 #".to_string(), 0.2, 0));
+    let mut orphan = OneShot(command_line("sleep 3 & exit 1 #".to_string(), 0.2, 0));
     assert!(orphan.request(&Arguments::default(), b"").is_err());
 }
 
@@ -368,7 +522,7 @@ fn children_in_the_background_die_with_their_program() {
         let child = format!("(sleep 2; echo alive > {})", file.display());
         let command = format!("{child}{silence} & exit 1 #");
         let seconds = [20.0, 0.3][number];
-        let mut program = OneShot(foreign(command, seconds, 0));
+        let mut program = OneShot(command_line(command, seconds, 0));
         let answer = program.request(&Arguments::default(), b"");
         assert_eq!(answer.is_ok(), number == 0, "{answer:?}");
     }
@@ -387,7 +541,7 @@ fn the_shell_acts_on_nothing_in_a_vector() {
         limits: limits.into_iter().collect(),
         ..Arguments::default()
     };
-    let mut program = OneShot(foreign("true".to_string(), 20.0, 0));
+    let mut program = OneShot(command_line("true".to_string(), 20.0, 0));
     let answer = program.request(&arguments, b"").expect("an exit code");
     assert_eq!(answer.status, Status::Complete);
     assert!(!file.exists());
@@ -521,7 +675,7 @@ fn a_query_is_seven_numbers_in_range() {
     }
 }
 
-/// What was asked, in order.
+/// Requests in order.
 #[test]
 fn a_query_of_light_is_eleven_numbers_and_a_word() {
     let mut own = Reference {
@@ -604,7 +758,7 @@ fn queries_are_held_to_their_intervals() {
                 ..Samplers::default()
             },
         };
-        let report = held(&mut own, &vectors, &Options::default());
+        let report = report_of(&mut own, &vectors, &Options::default());
         assert_eq!(verdict(&report, "point", Level::Queries), expected);
     }
 }
@@ -617,7 +771,7 @@ fn a_panic_is_a_failure_of_its_vector() {
             ..Samplers::default()
         },
     };
-    let report = held(&mut own, &vectors(), &Options::default());
+    let report = report_of(&mut own, &vectors(), &Options::default());
     assert_eq!(verdict(&report, "point", Level::Queries), Verdict::Failed);
     assert_eq!(verdict(&report, "whole", Level::Core), Verdict::Passed);
 }
@@ -629,10 +783,10 @@ fn the_skip_file_is_held_to_what_it_says() {
         skips: skips(text).expect("skips"),
         ..Options::default()
     };
-    let foreign = foreign(format!("{BROKEN} dump"), 20.0, 1024);
+    let command_line = command_line(format!("{BROKEN} dump"), 20.0, 1024);
     let mut vectors = vectors();
-    let mut dump = Batch::new(foreign);
-    let report = held(&mut dump, &vectors[4..], &skipping);
+    let mut dump = Batch::new(command_line);
+    let report = report_of(&mut dump, &vectors[4..], &skipping);
     assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
     assert!(!report.passed(), "all that there is was skipped");
     let result = report.result();
@@ -643,13 +797,13 @@ fn the_skip_file_is_held_to_what_it_says() {
         StreamBuilder::started().ended(),
         &[],
     ));
-    let report = held(&mut dump, &vectors[4..], &skipping);
+    let report = report_of(&mut dump, &vectors[4..], &skipping);
     assert!(report.passed(), "{report:#?}");
     assert_eq!(report.count(Level::Core, None, Verdict::Skipped), 1);
-    let report = held(&mut Reference::default(), &vectors, &skipping);
+    let report = report_of(&mut Reference::default(), &vectors, &skipping);
     assert!(!report.passed());
     assert_eq!(outcome(&report, "whole").failures[0].check, "skip file");
-    let stranger = Options {
+    let unknown = Options {
         skips: skips("container/valid/nothing because").expect("skips"),
         ..Options::default()
     };
@@ -657,8 +811,8 @@ fn the_skip_file_is_held_to_what_it_says() {
         "",
         &mut Reference::default(),
         &vectors,
-        &stranger,
-        &mut |_| {},
+        &unknown,
+        &mut |_| ControlFlow::Continue(()),
     );
     assert!(error.is_err_and(|error| error.contains("container/valid/nothing")));
     assert!(skips("container/valid/whole").is_err());
@@ -668,13 +822,13 @@ fn the_skip_file_is_held_to_what_it_says() {
 #[test]
 fn what_is_not_implemented_does_not_pass() {
     let vectors = vectors();
-    let foreign = foreign(format!("{BROKEN} not-implemented"), 20.0, 1024);
-    let report = held(&mut Batch::new(foreign), &vectors, &Options::default());
+    let command_line = command_line(format!("{BROKEN} not-implemented"), 20.0, 1024);
+    let report = report_of(&mut Batch::new(command_line), &vectors, &Options::default());
     assert!(!report.outcomes.iter().any(Outcome::failed));
     assert!(!report.passed());
     assert_eq!(report.result(), "failed: nothing is implemented");
     // Without a sampler, and thus without queries.
-    let report = held(&mut Reference::default(), &vectors, &Options::default());
+    let report = report_of(&mut Reference::default(), &vectors, &Options::default());
     assert!(report.passed());
     assert_eq!(report.result(), "nothing failed, 1 not implemented");
     let text = dapple_conformance::report::text(&report);
@@ -685,7 +839,7 @@ fn what_is_not_implemented_does_not_pass() {
             ..Samplers::default()
         },
     };
-    let report = held(&mut own, &vectors, &Options::default());
+    let report = report_of(&mut own, &vectors, &Options::default());
     assert_eq!(report.result(), "passed");
 }
 
@@ -707,15 +861,15 @@ fn levels_and_filter_choose() {
         levels: vec![Level::Core],
         ..Options::default()
     };
-    let foreign = foreign(format!("{BROKEN} id"), 20.0, 1024);
-    let report = held(&mut Batch::new(foreign), &vectors, &core);
+    let command_line = command_line(format!("{BROKEN} id"), 20.0, 1024);
+    let report = report_of(&mut Batch::new(command_line), &vectors, &core);
     assert!(report.passed(), "core does not look at ids");
     assert_eq!(report.outcomes.len(), 3);
     let filter = Options {
         filter: "valid/whole".to_string(),
         ..Options::default()
     };
-    let report = held(&mut Reference::default(), &vectors, &filter);
+    let report = report_of(&mut Reference::default(), &vectors, &filter);
     assert_eq!(report.outcomes.len(), 1);
     let nothing = Options {
         filter: "nothing".to_string(),
@@ -727,7 +881,7 @@ fn levels_and_filter_choose() {
             &mut Reference::default(),
             &vectors,
             &nothing,
-            &mut |_| {}
+            &mut |_| ControlFlow::Continue(())
         )
         .is_err()
     );

@@ -1,6 +1,8 @@
 //! Our decoder against every vector, in this process, without a sampler. What mutation and coverage
 //! runs use: nothing runs beneath it but `dapple-codec`.
 
+use std::ops::ControlFlow;
+
 use dapple_conformance::options::{Extent, Options};
 use dapple_conformance::reference::Reference;
 use dapple_conformance::run::run;
@@ -29,7 +31,7 @@ fn passes(prefixes: Extent, flips: Extent) {
         &mut Reference::default(),
         &vectors,
         &options,
-        &mut |_| {},
+        &mut |_| ControlFlow::Continue(()),
     );
     let mut failed = String::new();
     for outcome in report.expect("vectors to run").outcomes {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use dapple_codec::{Limit, Limits};
-use dapple_conformance::program::{Batch, Foreign};
+use dapple_conformance::program::{Batch, CommandLine};
 use dapple_conformance::protocol::{Arguments, Program};
 use dapple_conformance::reference::Reference;
 use dapple_fuzz::recompute::{Recompute, recompute};
@@ -17,7 +17,7 @@ use libfuzzer_sys::fuzz_target;
 const PYTHON: &str = "../conformance/decoders/python/run.sh";
 
 thread_local! {
-    static OTHER: RefCell<Batch> = RefCell::new(Batch::new(Foreign {
+    static OTHER: RefCell<Batch> = RefCell::new(Batch::new(CommandLine {
         command: std::env::var("DAPPLE_DECODER").unwrap_or_else(|_| PYTHON.into()),
         timeout: Duration::from_secs(15),
         memory_mib: 0,

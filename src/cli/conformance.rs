@@ -1,6 +1,7 @@
-//! `dapple conformance`: holds a decoder against the conformance vectors.
+//! `dapple conformance`: runs the conformance vectors through a decoder.
 
 use std::io::Write;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -12,7 +13,7 @@ use dapple_conformance::models::Samplers;
 use dapple_conformance::models::probes::queries::Interpolation;
 use dapple_conformance::models::probes::queries::Surface;
 use dapple_conformance::options::{Extent, Level, Options};
-use dapple_conformance::program::{Batch, Foreign, OneShot};
+use dapple_conformance::program::{Batch, CommandLine, OneShot};
 use dapple_conformance::protocol::Program;
 use dapple_conformance::reference::Reference;
 use dapple_conformance::report;
@@ -20,6 +21,7 @@ use dapple_conformance::run::{self, Report};
 use dapple_conformance::vector::{self, Vector};
 use glam::Vec3;
 
+use super::interrupt;
 use super::progress::Progress;
 use super::{output, tell};
 use crate::codec::{Decoder, TrackState};
@@ -29,25 +31,27 @@ use crate::probes;
 use crate::probes::client::ProbesVolume;
 use crate::{Error, Result};
 
-/// Hold a decoder against the conformance vectors: exit code 0 if all pass, 1 if any fails.
+/// Run the conformance vectors through a decoder: exit code 0 if all pass, 1 if any fails.
 ///
-/// Without --decoder, the decoder and sampler of this program are held against them.
+/// For example: dapple conformance --decoder ./my-decoder --batch. Without --decoder, the decoder and
+/// sampler of this program are tested. Ctrl-C ends the run with the results so far.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Command line of a decoder that speaks the protocol of conformance/README.md; run by the
     /// shell.
     #[arg(long, value_name = "CMD")]
     decoder: Option<String>,
-    /// Start the decoder once, with --batch, and send it all requests.
+    /// Start the decoder once, with --batch, and send it all requests. Recommended: without it the
+    /// decoder is started for each of thousands of requests, and few prefixes are run.
     #[arg(long, requires = "decoder")]
     batch: bool,
     /// What to hold it to; all if not given. May be given several times; full takes core with it.
     #[arg(long, value_name = "LEVEL", value_parser = named::<Level>(Level::ALL.map(Level::name)))]
     level: Vec<Level>,
-    /// Proper prefixes of streams up to 4 KiB.
-    #[arg(long, value_name = "EXTENT", default_value = "all", value_parser = named::<Extent>(Extent::ALL.map(Extent::name)))]
+    /// Proper prefixes of streams up to 4 KiB: none, one in 29, or all, 1.6 million requests.
+    #[arg(long, value_name = "EXTENT", default_value = "sample", value_parser = named::<Extent>(Extent::ALL.map(Extent::name)))]
     prefixes: Extent,
-    /// Single-bit flips of valid vectors up to 4 KiB.
+    /// Single-bit flips of valid vectors up to 4 KiB: none, one in 29, or all.
     #[arg(long, value_name = "EXTENT", default_value = "none", value_parser = named::<Extent>(Extent::ALL.map(Extent::name)))]
     flips: Extent,
     /// Folder of the vectors; the one in the source tree that this program was built from if not
@@ -108,7 +112,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Ok((report, clauses)) => {
             output::print(&report::text(&report))?;
             write_reports(reports, &report, &clauses)?;
-            Ok(ExitCode::from(u8::from(!report.passed())))
+            let failed = u8::from(!report.passed());
+            Ok(ExitCode::from(
+                interrupt::signal().map_or(failed, |signal| 128 + signal),
+            ))
         }
         Err(sentence) => {
             tell(&Error::Invalid(sentence));
@@ -139,14 +146,26 @@ fn held(args: &Args) -> std::result::Result<Report, String> {
         filter: args.filter.clone(),
     };
     let name = args.decoder.as_deref().unwrap_or("dapple");
-    let bar = Progress::new("holding against vectors", vectors.len() as u64);
+    interrupt::defer();
+    let bar = Progress::new("vectors", vectors.len() as u64);
     run::run(
         name,
         program(args).as_mut(),
         &vectors,
         &options,
-        &mut |done| {
-            bar.at(done as u64);
+        &mut |progress| {
+            match progress {
+                run::Progress::Vectors(done) => bar.at(done as u64),
+                run::Progress::Area {
+                    name,
+                    vectors,
+                    failed,
+                } => bar.line(&format!("{name}: {vectors} vectors, {failed} failed")),
+            }
+            match interrupt::signal() {
+                Some(_) => ControlFlow::Break(()),
+                None => ControlFlow::Continue(()),
+            }
         },
     )
 }
@@ -160,14 +179,14 @@ fn program(args: &Args) -> Box<dyn Program> {
             },
         });
     };
-    let foreign = Foreign {
+    let command_line = CommandLine {
         command: command.clone(),
         timeout: Duration::from_secs(u64::from(args.timeout)),
         memory_mib: u64::from(args.memory),
     };
     match args.batch {
-        true => Box::new(Batch::new(foreign)),
-        false => Box::new(OneShot(foreign)),
+        true => Box::new(Batch::new(command_line)),
+        false => Box::new(OneShot(command_line)),
     }
 }
 

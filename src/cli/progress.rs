@@ -63,6 +63,11 @@ impl Progress {
         self.write_line();
     }
 
+    /// Prints a line on stderr, above the bar if there is one.
+    pub fn line(&self, line: &str) {
+        self.0.suspend(|| eprintln!("{line}"));
+    }
+
     /// Moves to `position`; may be called from any thread.
     pub fn at(&self, position: u64) {
         self.bar.set_position(position);

@@ -119,7 +119,7 @@ fn preamble(drafts: &mut Vec<Draft>) {
     bad(
         (1002, "preamble-profile-bit"),
         &["C-002"],
-        "A bit of the profile is flipped and the CRC is not mended.",
+        "A bit of the profile is flipped and the CRC is not recomputed.",
         damaged(11, 0x80),
     );
     bad(

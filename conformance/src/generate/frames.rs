@@ -92,7 +92,7 @@ impl Frames {
         self
     }
 
-    /// A record with content of some tracks, packed as told by [`Frames::packed`].
+    /// A record with content of some tracks, packed as set by [`Frames::packed`].
     pub fn content(mut self, record_type: u16, payload: &[u8]) -> Frames {
         self.builder.put_packed(record_type, self.pack, payload);
         self

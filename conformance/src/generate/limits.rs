@@ -125,7 +125,7 @@ fn record_lengths(drafts: &mut Vec<Draft>) {
             AREA,
             "skipped-beyond-stored",
             &["C-017", "C-018"],
-            "A skipped record of 300 bytes is held against no limit.",
+            "A skipped record of 300 bytes counts against no limit.",
             builder.ended(),
         )
         .limit("stored_bytes", 16),
@@ -135,7 +135,7 @@ fn record_lengths(drafts: &mut Vec<Draft>) {
             AREA,
             "skipped-beyond-unpacked",
             &["C-017", "C-019"],
-            "A skipped record of 300 bytes is held against no limit.",
+            "A skipped record of 300 bytes counts against no limit.",
             builder.ended(),
         )
         .limit("unpacked_bytes", 16),

@@ -1,5 +1,5 @@
 //! The vectors of this repository, from code: the same bytes on every machine. Each says what it
-//! expects by hand; what our decoder makes of it is only checked against that.
+//! expects by hand; what the reference decoder makes of it is only checked against that.
 
 mod container;
 pub mod draw;
@@ -22,7 +22,7 @@ use crate::vector::{Class, Info, Kind, Vector, sha256};
 /// All vectors, in the order of their paths.
 ///
 /// # Errors
-/// A sentence for each vector of which our decoder makes something else than it says.
+/// A sentence for each vector of which the reference decoder makes something else than it says.
 pub fn all() -> Result<Vec<Vector>, String> {
     let mut drafts = Vec::new();
     container::add(&mut drafts);
@@ -111,7 +111,7 @@ impl Draft {
         }
     }
 
-    /// A session script (its transcript comes from our decoder and is reviewed as a snapshot).
+    /// A session script (its transcript comes from the reference decoder).
     pub fn session(
         area: &'static str,
         name: &str,
@@ -179,19 +179,21 @@ impl Draft {
         let found = fault.as_ref().map(|fault| (fault.id, fault.offset));
         if found != self.error {
             return Err(format!(
-                "{place}: our decoder gives {found:?}, the vector says {:?}",
+                "{place}: the reference decoder gives {found:?}, the vector says {:?}",
                 self.error
             ));
         }
-        if let Some(wanted) = &self.shown {
+        if let Some(expected) = &self.shown {
             let lines = String::from_utf8_lossy(output);
             let lines = lines.lines();
             let shown = |line: &&str| line.starts_with("values ") || line.starts_with("visib");
-            let differs = lines.filter(shown).zip(wanted);
-            if let Some((line, wanted)) = differs.clone().find(|(line, wanted)| line != wanted) {
-                return Err(format!("{place}: {line}, not {wanted}"));
+            let differs = lines.filter(shown).zip(expected);
+            if let Some((line, expected)) =
+                differs.clone().find(|(line, expected)| line != expected)
+            {
+                return Err(format!("{place}: {line}, not {expected}"));
             }
-            if differs.count() != wanted.len() {
+            if differs.count() != expected.len() {
                 return Err(format!("{place}: too few lines of values"));
             }
         }

@@ -119,14 +119,14 @@ fn group_fields(drafts: &mut Vec<Draft>) {
             |p| p.truncate(8),
         ),
         payload(
-            (2002, "group-digest-not-due"),
+            (2002, "group-digest-at-keyframes"),
             &["C-041"],
             at::GROUP,
             "A group from keyframes has a digest.",
             |p| p[8] = 1,
         ),
         payload(
-            (2002, "group-digest-not-due-high"),
+            (2002, "group-digest-at-keyframes-high"),
             &["C-041"],
             at::GROUP,
             "A group from keyframes has the highest bit of the digest set.",
@@ -174,7 +174,7 @@ fn group_order(drafts: &mut Vec<Draft>) {
             "A group after the transforms of a frame.",
             usual().insert(at::SECOND_COMMIT, kind::GROUP, group(1, 0, 0))),
         refused((2002, "group-reserved-before-open"), &["C-041", "C-061", "C-112"], at::TRANSFORMS,
-            "A group has a digest that is not due and a frame is open: the fields are checked first.",
+            "A group has a digest though it starts from keyframes and a frame is open: the fields are checked first.",
             open(group(1, 0, 1))),
         refused((2021, "group-start-before-open"), &["C-060", "C-061", "C-112"], at::TRANSFORMS,
             "A group starts in way 2 and a frame is open: the start is checked first.",
@@ -223,7 +223,7 @@ fn groups(drafts: &mut Vec<Draft>) {
     let [first, second] = two_tracks();
     let part = cell(&first, 0, 5, 200);
     let other = cell(&second, 0, 7, 100);
-    let held = |second_part, transforms: [Option<[f32; 12]>; 2]| {
+    let state_digest = |second_part, transforms: [Option<[f32; 12]>; 2]| {
         digest(&[
             (1, transforms[0], Some(&part)),
             (2, transforms[1], second_part),
@@ -255,13 +255,13 @@ fn groups(drafts: &mut Vec<Draft>) {
         add("group-on-state", &["C-063", "C-105"],
             "A group builds on the committed state; its frame is a delta.",
             one.clone()
-                .then(kind::GROUP, group(1, 1, held(Some(&other), both)))
+                .then(kind::GROUP, group(1, 1, state_digest(Some(&other), both)))
                 .then(kind::POINTS, points(Some(1), &[cell(&first, 1, 6, 50)]))
                 .then(kind::COMMIT, commit(4, 2, None))),
         add("group-on-state-keeps-transforms", &["C-063", "C-088"],
             "A group that builds on a state empties nothing.",
             one.clone()
-                .then(kind::GROUP, group(1, 1, held(Some(&other), both)))
+                .then(kind::GROUP, group(1, 1, state_digest(Some(&other), both)))
                 .then(kind::COMMIT, commit(4, 2, None))),
         add("group-on-empty-state", &["C-063", "C-105"],
             "A group builds on a committed state without tracks.",
@@ -286,7 +286,7 @@ fn groups(drafts: &mut Vec<Draft>) {
             "The digest of a group still has a track whose removal waits for the commit.",
             one.clone()
                 .then(kind::TRACK_REMOVE, removal(&[1]))
-                .then(kind::GROUP, group(1, 1, held(Some(&other), both)))
+                .then(kind::GROUP, group(1, 1, state_digest(Some(&other), both)))
                 .then(kind::COMMIT, commit(4, 2, None))),
         add("group-ids-any", &["C-060"],
             "Group ids are not checked: 4294967295, then 7, then 7.",

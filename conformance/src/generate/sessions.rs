@@ -89,7 +89,7 @@ fn cases() -> Vec<Case> {
     failures::tracks_in_lost_stretches(&mut all);
     failures::ends(&mut all);
     failures::sequences(&mut all);
-    faults::in_a_search(&mut all);
+    faults::while_resynchronising(&mut all);
     faults::of_later_entries(&mut all);
     control(&mut all);
     pieces(&mut all);
@@ -182,8 +182,8 @@ fn control(all: &mut Vec<Case>) {
                 pushed(&bytes).resume()
             }),
             format!("{FIRST}, error framing 1005 {}, resume no, {other}", s[at::DELTA])),
-        case("reset-in-a-search", &["C-114"],
-            "A reset in a search: the next stream's totals are checked again.",
+        case("reset-while-resynchronising", &["C-114"],
+            "A reset in a resynchronisation: the next stream's totals are checked again.",
             {
                 let mut wrong = small.clone();
                 let at = wrong.len() - 16;
@@ -327,7 +327,7 @@ fn pieces(all: &mut Vec<Case>) {
         script = script.push(piece);
     }
     all.push(case(
-        "pieces-and-a-search",
+        "pieces-and-resynchronisation",
         &["C-111", "C-116"],
         "A damaged stream in pieces of 23 bytes: the same as in one piece.",
         script.finish(),

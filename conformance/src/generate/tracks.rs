@@ -291,14 +291,14 @@ fn fields(drafts: &mut Vec<Draft>) {
             |e| e.has_hash = 2,
         ),
         entry(
-            (2002, "track-hash-not-due"),
+            (2002, "track-hash-without-flag"),
             &["C-041"],
             0,
             "A content hash without its flag.",
             |e| e.hash = 1,
         ),
         entry(
-            (2002, "track-hash-not-due-high"),
+            (2002, "track-hash-without-flag-high"),
             &["C-041"],
             0,
             "The highest bit of a content hash without its flag.",

@@ -1,6 +1,7 @@
 use std::fmt::Write as _;
 
 use super::escaped;
+use super::groups::{groups, not_run};
 use crate::clauses::{self, Clause};
 use crate::options::Level;
 use crate::run::{Outcome, Report, Verdict};
@@ -21,10 +22,11 @@ pub fn html(report: &Report, clauses: &[Clause]) -> String {
          <title>Dapple conformance: {decoder}</title>\n<style>\n{STYLE}</style>\n\
          <header>\n<h1>Dapple conformance</h1>\n<p><code>{decoder}</code> \
          <strong class=\"{class}\">{result}</strong></p>\n<p class=\"quiet\">{} vectors, {} \
-         requests, {} clauses</p>\n<nav>{}<a href=\"#clauses\">Clauses</a></nav>\n</header>\n<main>\n",
+         requests, {} clauses</p>\n<p class=\"quiet\">{}</p>\n<nav>{}<a href=\"#clauses\">Clauses</a></nav>\n</header>\n<main>\n",
         report.outcomes.len(),
         report.requests(),
         clauses.len(),
+        escaped(&report.extent.join("; ")),
         match report.outcomes.iter().any(Outcome::failed) {
             true => "<a href=\"#failures\">Failures</a> ",
             false => "",
@@ -76,7 +78,17 @@ fn failures(report: &Report, out: &mut String) {
         return;
     }
     let _ = writeln!(out, "<h2 id=\"failures\">Failures ({})</h2>", failed.len());
-    for outcome in failed {
+    let not_run = failed.iter().filter(|o| not_run(o)).count();
+    if not_run > 0 {
+        let _ = writeln!(
+            out,
+            "<p>{not_run} were not run, since too many before them had no answer.</p>"
+        );
+    }
+    for group in groups(report) {
+        let [outcome, others @ ..] = group.outcomes.as_slice() else {
+            continue;
+        };
         let _ = write!(
             out,
             "<article>\n<h3>{}</h3>\n<p class=\"quiet\">",
@@ -98,6 +110,17 @@ fn failures(report: &Report, out: &mut String) {
         }
         if outcome.left_out > 0 {
             let _ = writeln!(out, "<p class=\"quiet\">and {} more</p>", outcome.left_out);
+        }
+        if !others.is_empty() {
+            let _ = write!(
+                out,
+                "<details><summary>{} more alike</summary><ul>",
+                others.len()
+            );
+            for other in others {
+                let _ = write!(out, "<li>{}", escaped(&other.path));
+            }
+            *out += "</ul></details>\n";
         }
         *out += "</article>\n";
     }

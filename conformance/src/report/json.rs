@@ -29,6 +29,8 @@ pub fn json(report: &Report) -> String {
         "passed": report.passed(),
         "result": report.result(),
         "requests": report.requests(),
+        "extent": report.extent,
+        "not_run": report.not_run,
         "levels": levels,
         "vectors": vectors,
     });

@@ -1,5 +1,6 @@
 //! What a run came to: for people, programs, build servers and browsers.
 
+mod groups;
 mod html;
 mod json;
 mod junit;

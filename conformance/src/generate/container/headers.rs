@@ -121,7 +121,7 @@ pub fn headers(drafts: &mut Vec<Draft>) {
             (1009, "sequence-two-back"),
             &["C-012"],
             at::COMMIT,
-            "A record's sequence is two below the one due.",
+            "A record's sequence is two below the expected one.",
             |h| h.sequence -= 2,
         ),
         header(

@@ -144,13 +144,13 @@ pub fn lz4_faults(drafts: &mut Vec<Draft>) {
     let literals = |bytes: &[u8]| sequence(bytes, 0, 0);
     bad(
         "lz4-unpacks-to-less",
-        "A block of 7 bytes where 8 are due.",
+        "A block of 7 bytes where 8 are expected.",
         8,
         &literals(&rate()[..7]),
     );
     bad(
         "lz4-unpacks-to-more",
-        "A block of 9 bytes where 8 are due.",
+        "A block of 9 bytes where 8 are expected.",
         8,
         &literals(&[&rate()[..], &[0]].concat()),
     );
@@ -186,7 +186,7 @@ pub fn lz4_faults(drafts: &mut Vec<Draft>) {
     );
     bad(
         "lz4-match-length-cut",
-        "The block ends where a further length byte is due.",
+        "The block ends where a further length byte is expected.",
         24,
         &[0x1f, 1, 1, 0],
     );

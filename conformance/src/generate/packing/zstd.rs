@@ -65,7 +65,7 @@ pub fn zstd_frames(drafts: &mut Vec<Draft>) {
         ..small.clone()
     };
     good(
-        "zstd-content-size-longer-than-due",
+        "zstd-content-size-longer-than-expected",
         "A small content size in eight bytes.",
         8,
         &long,

@@ -151,7 +151,7 @@ pub(super) fn failed_frames(all: &mut Vec<Case>) {
     }
 }
 
-/// Declarations and removals that come in a stretch that is passed over, or are lost with it.
+/// Declarations and removals that come among records that are skipped, or are lost with it.
 pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
     let new = Entry::new(3);
     // Frame 2 is damaged at its first record; then a change of tracks; then a group.
@@ -181,16 +181,16 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
     let points_at = |builder: &StreamBuilder| builder.starts[10] + HEADER;
     let shorter = declare.starts[8] - declare.starts[6];
     all.extend([
-        case("remove-in-lost-stretch", &["C-118", "C-081"],
-            "A removal comes in a stretch that is passed over: the track ends at the next commit.",
+        case("remove-in-lost-records", &["C-118", "C-081"],
+            "A removal comes among records that are skipped: the track ends at the next commit.",
             pushed(&damaged(&remove, 6)).resume().finish(),
             format!("{FIRST}, {crc}, {rest}")),
         case("remove-lost", &["C-062", "C-118"],
             "A removal is lost: the track stays, and is empty after the next group.",
             pushed(&without(&remove, 6, 7)).resume().finish(),
             format!("{FIRST}, {gap}, {rest}")),
-        case("declare-in-lost-stretch", &["C-118", "C-079"],
-            "A track is declared in a stretch that is passed over: the next group has content of it.",
+        case("declare-in-lost-records", &["C-118", "C-079"],
+            "A track is declared among records that are skipped: the next group has content of it.",
             pushed(&damaged(&declare, 6)).resume().finish(),
             format!("{FIRST}, {crc}, {rest}")),
         case("declare-lost", &["C-118", "P-013"],
@@ -198,8 +198,8 @@ pub(super) fn tracks_in_lost_stretches(all: &mut Vec<Case>) {
             pushed(&without(&declare, 6, 7)).resume().resume().finish(),
             format!("{FIRST}, {gap}, group 1 keyframes, error record 2019 {}, resume yes, {LAST}",
                 points_at(&declare) - shorter)),
-        case("declare-changed-in-lost-stretch", &["C-118", "C-075"],
-            "A live track is declared with other content in a search: the record counts, and has no other effect.",
+        case("declare-changed-in-lost-records", &["C-118", "C-075"],
+            "A live track is declared with other content in a resynchronisation: the record counts, and has no other effect.",
             {
                 let changed = Entry::of_grid(1, Grid { radius: 0.125, ..Grid::default() });
                 let builder = stream((kind::TRACK, tracks(&[changed])), &kept);
@@ -278,7 +278,7 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     all.push(case(
         "end-totals-after-loss",
         &["C-101", "C-120"],
-        "After a search, count and digest of the end are not checked.",
+        "After a resynchronisation, count and digest of the end are not checked.",
         pushed(&wrong.bytes).resume().finish(),
         format!("{FIRST}, {fault}, {THIRD}, {LAST}"),
     ));
@@ -286,7 +286,7 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     all.push(case(
         "end-short-after-loss",
         &["C-040", "C-120"],
-        "After a search, the size of the end is still checked.",
+        "After a resynchronisation, the size of the end is still checked.",
         pushed(&short.bytes).resume(),
         format!(
             "{FIRST}, {fault}, {THIRD}, error record 2001 {}",
@@ -298,9 +298,9 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     let mut builder = plan.start();
     builder.put(kind::END, &[0; 15]);
     all.push(case(
-        "end-short-in-a-search",
+        "end-short-while-resynchronising",
         &["C-118", "C-120"],
-        "In a search, an end of 15 bytes is not reported, and the stream has not ended.",
+        "In a resynchronisation, an end of 15 bytes is not reported, and the stream has not ended.",
         pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, {fault}, error framing 1019 {}",
@@ -312,7 +312,7 @@ pub(super) fn ends(all: &mut Vec<Case>) {
     all.push(case(
         "end-in-frame-after-loss",
         &["C-100", "C-120"],
-        "After a search, an end within a frame is still an error; resumed, it may come again.",
+        "After a resynchronisation, an end within a frame is still an error; resumed, it may come again.",
         pushed(&builder.bytes)
             .resume()
             .resume()
@@ -341,9 +341,9 @@ pub(super) fn ends(all: &mut Vec<Case>) {
         format!("{all_of_it}, {LAST}, error framing 1020 {length}, resume no"),
     ));
     all.push(case(
-        "number-held-after-loss",
+        "number-checked-after-loss",
         &["C-091", "C-119"],
-        "After a search, frame numbers are still held against the last commit.",
+        "After a resynchronisation, frame numbers are still compared with the last commit.",
         {
             let mut plan = lossy();
             plan.records[at::THIRD_COMMIT].1 = commit(5, 1, None);
@@ -355,9 +355,9 @@ pub(super) fn ends(all: &mut Vec<Case>) {
         ),
     ));
     all.push(case(
-        "tick-held-after-loss",
+        "tick-checked-after-loss",
         &["C-092", "C-119"],
-        "After a search, ticks are still held against the last commit.",
+        "After a resynchronisation, ticks are still compared with the last commit.",
         {
             let mut plan = lossy();
             plan.records[at::THIRD_COMMIT].1 = commit(2, 3, None);
@@ -382,7 +382,7 @@ pub(super) fn sequences(all: &mut Vec<Case>) {
         builder.put_with(record_type, Pack::None, &payload, |h| h.sequence = u64::MAX);
     }
     all.push(case("sequence-at-its-most", &["C-117"],
-        "A group found in a search has the largest sequence; no larger one can be due.",
+        "A group found in a resynchronisation has the largest sequence; no larger one can be expected.",
         pushed(&builder.bytes).resume().finish(),
         format!("stream 60 1, group 0 keyframes, frame 0 0, error framing 1008 {start}, resume yes, group 1 keyframes, frame 1 1, {LAST}")));
     let mut builder = StreamBuilder::new();
@@ -395,7 +395,7 @@ pub(super) fn sequences(all: &mut Vec<Case>) {
         .put(kind::COMMIT, &commit(0, 0, None))
         .end();
     all.push(case(
-        "stream-again-in-a-search",
+        "stream-again-while-resynchronising",
         &["C-118", "C-016"],
         "The stream record is damaged and comes again, with the next sequence.",
         pushed(&builder.bytes).resume().finish(),

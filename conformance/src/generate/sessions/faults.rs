@@ -1,4 +1,4 @@
-//! Faults of records that are of no frame: what a search makes of them, and that none of their
+//! Faults of records that are of no frame: what a resynchronisation makes of them, and that none of their
 //! entries counts.
 
 use super::{Case, FIRST, LAST, THIRD, at, case, damaged, long, pushed};
@@ -19,8 +19,8 @@ fn between(records: &[(u16, Vec<u8>)], parts: &[Part]) -> StreamBuilder {
         .clone()
 }
 
-/// Faulty records in a search: they count for the sequence, and are not reported.
-pub(super) fn in_a_search(all: &mut Vec<Case>) {
+/// Faulty records in a resynchronisation: they count for the sequence, and are not reported.
+pub(super) fn while_resynchronising(all: &mut Vec<Case>) {
     let kept = [cell(&two_tracks()[1], 0, 7, 9)];
     let builder = between(
         &[
@@ -34,9 +34,9 @@ pub(super) fn in_a_search(all: &mut Vec<Case>) {
     both[s[7] + HEADER] ^= 1;
     let again = [&both[..s[8]], &builder.bytes[s[7]..]].concat();
     all.push(case(
-        "faulty-track-in-a-search-counts",
+        "faulty-track-while-resynchronising-counts",
         &["C-117", "C-118"],
-        "A search meets a damaged track record, and it comes again: it counts as come, so it is one too many.",
+        "A resynchronisation meets a damaged track record, and it comes again: it counts as declared, so it is one too many.",
         pushed(&again).resume().resume().finish(),
         format!(
             "{FIRST}, error framing 1011 {}, resume yes, error framing 1007 {}, resume yes, {THIRD}, {LAST}",
@@ -52,9 +52,9 @@ pub(super) fn in_a_search(all: &mut Vec<Case>) {
         .put(kind::END, &[0; 15])
         .put_with(kind::END, Pack::None, &[0; 16], |h| h.sequence -= 1);
     all.push(case(
-        "short-end-in-a-search-sent-again",
+        "short-end-while-resynchronising-sent-again",
         &["C-118", "C-120"],
-        "In a search an end is a byte short and comes again, whole: a faulty end does not count as a record.",
+        "In a resynchronisation an end is a byte short and comes again, whole: a faulty end does not count as a record.",
         pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error codec 3001 {}, resume yes, {LAST}",
@@ -78,9 +78,9 @@ pub(super) fn in_a_search(all: &mut Vec<Case>) {
         .put(kind::COMMIT, &commit(2, 2, None))
         .end();
     all.push(case(
-        "faulty-stream-and-removal-in-a-search",
+        "faulty-stream-and-removal-while-resynchronising",
         &["C-118"],
-        "A search meets a stream record of no ticks, another a removal of an unknown track: neither is reported.",
+        "A resynchronisation meets a stream record of no ticks, another a removal of an unknown track: neither is reported.",
         pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "error framing 1011 48, resume yes, stream 60 1, group 0 keyframes, frame 0 0, \

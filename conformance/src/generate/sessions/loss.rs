@@ -28,7 +28,7 @@ pub(super) fn lost(all: &mut Vec<Case>) {
             once(at::DELTA, at::SECOND_COMMIT),
             format!("{FIRST}, {}, {rest}", cut(at::DELTA))),
         case("lost-up-to-a-group", &["C-116", "C-119"],
-            "All records before a group are lost: the group's own header shows the gap and ends the search.",
+            "All records before a group are lost: the group's own header shows the gap and ends the resynchronisation.",
             once(at::DELTA, at::TRACK_AGAIN),
             format!("{FIRST}, {}, {rest}", cut(at::DELTA))),
         case("lost-group", &["C-119", "C-120", "C-063"],
@@ -36,7 +36,7 @@ pub(super) fn lost(all: &mut Vec<Case>) {
             once(at::TRACK_AGAIN, at::THIRD_COMMIT),
             format!("{FIRST}, {SECOND}, {}, {LAST}", cut(at::TRACK_AGAIN))),
         case("lost-group-record", &["C-117", "C-119"],
-            "The record that starts a group is lost: its frame is passed over.",
+            "The record that starts a group is lost: its frame is skipped.",
             once(at::GROUP_AGAIN, at::GROUP_AGAIN),
             format!("{FIRST}, {SECOND}, {}, {LAST}", cut(at::GROUP_AGAIN))),
         case("lost-twice", &["C-115", "C-117"],
@@ -51,8 +51,8 @@ pub(super) fn lost(all: &mut Vec<Case>) {
                 format!("{FIRST}, {}, {THIRD}, group 2 state, error framing 1008 {second}, resume yes, {LAST}",
                     cut(at::DELTA))
             }),
-        case("lost-twice-in-a-search", &["C-117"],
-            "Records are lost in a stretch that is passed over anyway: no further error.",
+        case("lost-twice-while-resynchronising", &["C-117"],
+            "Records are lost among records that are skipped anyway: no further error.",
             {
                 let mut bytes = without(&builder, at::SECOND_COMMIT, at::SECOND_COMMIT);
                 bytes.drain(s[at::DELTA]..s[at::TRANSFORMS]);
@@ -90,7 +90,7 @@ pub(super) fn late_join(all: &mut Vec<Case>) {
             pushed(&joined(at::TRACK_AGAIN)).resume().finish(),
             format!("{gap}, {THIRD}, {FOURTH}, {LAST}")),
         case("late-join-in-a-frame", &["C-117", "C-119"],
-            "One joins within a frame, which is passed over.",
+            "One joins within a frame, which is skipped.",
             pushed(&joined(at::TRANSFORMS)).resume().finish(),
             format!("{gap}, {THIRD}, {FOURTH}, {LAST}")),
         case("late-join-after-tracks", &["C-117", "P-013"],
@@ -150,7 +150,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
         case(
             "damaged-group",
             &["C-119"],
-            "The start of a group is damaged: its frame is passed over, and so is the next group.",
+            "The start of a group is damaged: its frame is skipped, and so is the next group.",
             once(at::GROUP_AGAIN),
             format!("{FIRST}, {SECOND}, {}, {LAST}", crc(at::GROUP_AGAIN)),
         ),
@@ -174,7 +174,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
         case(
             "damaged-end",
             &["C-116", "C-103"],
-            "The end is damaged: after a search the stream is cut off.",
+            "The end is damaged: after a resynchronisation the stream is cut off.",
             once(at::END),
             format!(
                 "{FIRST}, {SECOND}, {THIRD}, {FOURTH}, {}, error framing 1019 {}",
@@ -229,24 +229,24 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
     let mut both = damaged(&builder, at::DELTA);
     both[s[at::SECOND_COMMIT] + HEADER] ^= 1;
     all.push(case(
-        "damaged-twice-in-a-search",
+        "damaged-twice-while-resynchronising",
         &["C-117"],
-        "A commit that is passed over anyway is damaged too: no further error.",
+        "A commit that is skipped anyway is damaged too: no further error.",
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {rest}", crc(at::DELTA)),
     ));
     let mut both = damaged(&builder, at::DELTA);
     both[s[at::GROUP_AGAIN] + HEADER] ^= 1;
     all.push(case(
-        "damaged-group-in-a-search",
+        "damaged-group-while-resynchronising",
         &["C-118", "C-119"],
-        "The group that a search would find is damaged: it counts, and the search goes on.",
+        "The group that a resynchronisation would find is damaged: it counts, and the resynchronisation goes on.",
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {LAST}", crc(at::DELTA)),
     ));
     let mut both = damaged(&builder, at::DELTA);
     both[s[at::TRACK_AGAIN] + HEADER] ^= 1;
-    all.push(case("damaged-tracks-in-a-search", &["C-118"],
+    all.push(case("damaged-tracks-while-resynchronising", &["C-118"],
         "Tracks that are live anyway are declared in a damaged record: it counts, and has no other effect.",
         pushed(&both).resume().finish(),
         format!("{FIRST}, {}, {rest}", crc(at::DELTA))));
@@ -259,7 +259,7 @@ pub(super) fn damaged_payloads(all: &mut Vec<Case>) {
     all.push(case(
         "damaged-and-sent-again",
         &["C-116", "C-117"],
-        "A damaged record comes again: it counts as come, so it is one too many.",
+        "A damaged record comes again: it counts as declared, so it is one too many.",
         pushed(&again).resume().resume().finish(),
         format!(
             "{FIRST}, {}, error framing 1007 {}, resume yes, {rest}",
@@ -309,7 +309,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-version",
         &["C-115", "C-116"],
-        "A record of a newer version is passed over, and its frame with it.",
+        "A record of a newer version is skipped, and its frame with it.",
         at::DELTA,
         |h| h.version = 1,
         1,
@@ -318,7 +318,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-unknown-critical",
         &["C-013", "C-116"],
-        "A critical record of an unknown type is passed over, and its frame with it.",
+        "A critical record of an unknown type is skipped, and its frame with it.",
         at::DELTA,
         |h| h.record_type = 0x22,
         1,
@@ -327,7 +327,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-packing",
         &["C-020", "C-116", "C-117"],
-        "A model record in an unknown packing is passed over.",
+        "A model record in an unknown packing is skipped.",
         at::DELTA,
         |h| h.packing = 9,
         1,
@@ -336,7 +336,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-length",
         &["C-021", "C-116"],
-        "A track record whose lengths contradict each other still has a fault in the search.",
+        "A track record whose lengths contradict each other still has a fault in the resynchronisation.",
         at::TRACK_AGAIN,
         |h| h.unpacked += 1,
         1,
@@ -345,7 +345,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-second-stream",
         &["C-016", "C-116"],
-        "A second stream record is passed over.",
+        "A second stream record is skipped.",
         at::DELTA,
         |h| h.record_type = kind::STREAM,
         1,
@@ -354,7 +354,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     with(
         "header-sequence-below",
         &["C-012", "C-116"],
-        "A record that is out of order is passed over; the sequence due stays.",
+        "A record that is out of order is skipped; the expected sequence stays.",
         at::DELTA,
         |h| h.sequence = 2,
         1,
@@ -399,9 +399,9 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     builder.end();
     let s = &builder.starts;
     all.push(case(
-        "due-after-an-old-header",
+        "expected-after-an-old-header",
         &["C-116", "C-117"],
-        "An old record comes, and the one after it: the sequence due is not taken from the first, so the second is old too.",
+        "An old record comes, and the one after it: the expected sequence is not taken from the first, so the second is old too.",
         pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "{FIRST}, error framing 1009 {}, resume yes, error framing 1009 {}, resume yes, {rest}",
@@ -409,7 +409,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
             s[at::TRANSFORMS]
         ),
     ));
-    // Twice: the search meets an unknown critical record.
+    // Twice: the resynchronisation meets an unknown critical record.
     let mut builder = StreamBuilder::new();
     for (index, (record_type, payload)) in long().records.iter().enumerate() {
         let unknown = matches!(index, at::DELTA | at::SECOND_COMMIT);
@@ -422,9 +422,9 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     builder.end();
     let s = &builder.starts;
     all.push(case(
-        "header-unknown-critical-in-a-search",
+        "header-unknown-critical-while-resynchronising",
         &["C-013", "C-117"],
-        "A search meets another critical record of an unknown type, and says so.",
+        "A resynchronisation meets another critical record of an unknown type, and says so.",
         pushed(&builder.bytes).resume().resume().finish(),
         format!(
             "{FIRST}, error framing 1022 {}, resume yes, error framing 1022 {}, resume yes, {rest}",
@@ -444,9 +444,9 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
     }
     builder.end();
     all.push(case(
-        "header-not-looked-at-in-a-search",
+        "header-not-checked-while-resynchronising",
         &["C-117"],
-        "Packing, lengths and CRC of records that are passed over are not looked at.",
+        "Packing, lengths and CRC of records that are skipped are not looked at.",
         pushed(&builder.bytes).resume().finish(),
         format!(
             "{FIRST}, error framing 1021 {}, resume yes, {rest}",

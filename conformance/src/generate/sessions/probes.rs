@@ -254,7 +254,7 @@ fn failed(all: &mut Vec<Case>) {
     }
 }
 
-/// Volumes that end, or come, in stretches that are passed over.
+/// Volumes that end, or come, in stretches that are skipped.
 fn tracks(all: &mut Vec<Case>) {
     let stream = |remove: bool| {
         // Without digests: one would show that a removal was lost.
@@ -290,16 +290,16 @@ fn tracks(all: &mut Vec<Case>) {
     let (remove, declare) = (stream(true), stream(false));
     let named = declare.starts[9] - (declare.starts[7] - declare.starts[5]) + HEADER;
     all.extend([
-        case("remove-in-lost-stretch", &["C-118", "C-081"],
-            "A removal comes in a stretch that is passed over: the volume ends at the next commit.",
+        case("remove-in-lost-records", &["C-118", "C-081"],
+            "A removal comes among records that are skipped: the volume ends at the next commit.",
             pushed(&damaged(&remove, 5)).resume().finish(),
             format!("{FIRST}, {}, {THIRD}, {LAST}", crc(&remove))),
         case("remove-lost", &["C-062", "C-118", "B-061"],
             "A removal is lost: the volume stays, and is empty after the next group.",
             pushed(&without(&remove, 5, 6)).resume().finish(),
             format!("{FIRST}, {}, {THIRD}, {LAST}", gap(&remove))),
-        case("declare-in-lost-stretch", &["C-118", "C-079"],
-            "A volume is declared in a stretch that is passed over: the next group has probes of it.",
+        case("declare-in-lost-records", &["C-118", "C-079"],
+            "A volume is declared among records that are skipped: the next group has probes of it.",
             pushed(&damaged(&declare, 5)).resume().finish(),
             format!("{FIRST}, {}, {THIRD}, {LAST}", crc(&declare))),
         case("declare-lost", &["C-118", "B-016"],

@@ -1,4 +1,4 @@
-//! What a sampler must find, in f64 and from `spec/points.md` §8 alone. A question too near to any
+//! What a sampler must find, in f64 and from `spec/points.md` §8 alone. A query too near to any
 //! of its thresholds, so that rounding could decide it, is refused.
 
 use crate::models::entry::Entry;
@@ -14,12 +14,12 @@ pub const T_D: f64 = 0.7;
 /// How far a sampler may be from the oracle: 16 of the 65536 steps of a [`PointsQuery`]'s bounds.
 ///
 /// In f32 a weight errs by a few roundings of numbers up to 1 and of a distance over the radius:
-/// below [`WEIGHT_ERROR`]. What that does to the AO is worked out for each question and held to
+/// below [`WEIGHT_ERROR`]. What that does to the AO is worked out for each query and limited to
 /// half of the tolerance; the sums, of at most 64 points here, have the other half.
 pub const TOLERANCE: f64 = 1.0 / 4096.0;
 /// Error of a weight that a sampler may make.
 pub const WEIGHT_ERROR: f64 = 1.0 / 262144.0;
-/// Distance that a question keeps from each threshold: of cosines, of distances over r, and of
+/// Distance that a query keeps from each threshold: of cosines, of distances over r, and of
 /// positions over the cell edge.
 pub const MARGIN: f64 = 1.0 / 1024.0;
 
@@ -34,7 +34,7 @@ pub struct Point {
     pub ao: f64,
 }
 
-/// What a question finds.
+/// What a query finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     pub ao: f64,
@@ -82,7 +82,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Position (metres) and unit normal of a question.
+/// Position (metres) and unit normal of a query.
 pub fn place(query: &PointsQuery) -> ([f64; 3], [f64; 3]) {
     let position = query.position.map(|v| f64::from(v) / 65536.0);
     (position, unit(query.normal.map(f64::from)))
@@ -106,7 +106,7 @@ fn block(entry: &Entry, x: [f64; 3]) -> Result<[[i64; 3]; 8], String> {
         .map(|corner: usize| [0, 1, 2].map(|axis| [own, other][corner >> axis & 1][axis])))
 }
 
-/// The points that a question has to look at: those of its block (P-043, P-044).
+/// The points that a query has to look at: those of its block (P-043, P-044).
 ///
 /// # Errors
 /// A sentence that names a threshold which is too near.
@@ -195,7 +195,7 @@ pub fn occlusion(
     Ok(Found { ao, weight })
 }
 
-/// What a question to a track finds.
+/// What a query to a track finds.
 ///
 /// # Errors
 /// As [`occlusion`]; also where the position is no f32, and where the normal is none.

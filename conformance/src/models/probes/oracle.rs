@@ -1,4 +1,4 @@
-//! What a sampler of probes must find, in f64 and from `spec/probes.md` §12 alone. A question that
+//! What a sampler of probes must find, in f64 and from `spec/probes.md` §12 alone. A query that
 //! rounding could decide is refused: its answer would move too far where the numbers in it do.
 
 use super::values;
@@ -247,7 +247,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of a question.
+    /// Of a query.
     pub fn of(query: &ProbesQuery) -> Surface {
         Surface {
             x: query.position.map(|v| f64::from(v) / 65536.0),
@@ -330,7 +330,7 @@ pub fn lobe(entry: usize) -> [f64; 2] {
     [i2 / i1, (3.0 * i3 / i1 - 1.0) / 2.0]
 }
 
-/// What rounding may do to what a question is made of.
+/// What rounding may do to what a query is made of.
 #[derive(Clone, Copy, Debug, Default)]
 struct Nudge {
     position: V,
@@ -341,7 +341,7 @@ struct Nudge {
     square: f64,
 }
 
-/// What a question finds: irradiance and filtered radiance.
+/// What a query finds: irradiance and filtered radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     /// Without the clamp.
@@ -388,8 +388,11 @@ pub fn look_up(field: &Field, surface: &Surface) -> Result<Found, String> {
             if moved > MOVED * size {
                 return Err(format!("rounding moves {size} by {moved}"));
             }
-            let room = TOLERANCE * size + moved;
-            ends[result][channel] = [least[result][channel] - room, most[result][channel] + room];
+            let margin = TOLERANCE * size + moved;
+            ends[result][channel] = [
+                least[result][channel] - margin,
+                most[result][channel] + margin,
+            ];
         }
     }
     Ok(Found { values, ends })
@@ -458,11 +461,11 @@ pub fn bounds(found: &Found) -> [[[u64; 2]; 3]; 2] {
     found.ends.map(|channels| channels.map(steps))
 }
 
-/// A question with its bounds.
+/// A query with its bounds.
 ///
 /// # Errors
 /// As [`look_up`]; also where a number is no f32, or a direction none.
-pub fn asked(content: &TrackContent, query: ProbesQuery) -> Result<ProbesQuery, String> {
+pub fn with_intervals(content: &TrackContent, query: ProbesQuery) -> Result<ProbesQuery, String> {
     let mut numbers = query.position.iter();
     if let Some(v) = numbers.find(|&&v| f64::from(v as f32) != f64::from(v)) {
         return Err(format!("{v}/65536, which is no f32"));

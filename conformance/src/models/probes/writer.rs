@@ -158,20 +158,20 @@ pub mod context {
     pub fn level(base: u8, second: bool) -> usize {
         9 + 2 * usize::from(base) + usize::from(second)
     }
-    pub fn any(fresh: bool, group: usize, around: usize, before: bool) -> usize {
-        17 + 48 * usize::from(fresh) + 8 * group + 2 * around + usize::from(before)
+    pub fn any(intra: bool, group: usize, around: usize, before: bool) -> usize {
+        17 + 48 * usize::from(intra) + 8 * group + 2 * around + usize::from(before)
     }
-    pub fn some(fresh: bool, group: usize, around: usize) -> usize {
-        113 + 24 * usize::from(fresh) + 4 * group + around
+    pub fn some(intra: bool, group: usize, around: usize) -> usize {
+        113 + 24 * usize::from(intra) + 4 * group + around
     }
-    pub fn against(fresh: bool, group: usize, sure: usize) -> usize {
-        161 + 6 * usize::from(fresh) + 3 * (group % 2) + sure
+    pub fn against(intra: bool, group: usize, sure: usize) -> usize {
+        161 + 6 * usize::from(intra) + 3 * (group % 2) + sure
     }
-    pub fn longer(fresh: bool, group: usize, length: usize) -> usize {
-        173 + 36 * usize::from(fresh) + 6 * group + length.min(5)
+    pub fn longer(intra: bool, group: usize, length: usize) -> usize {
+        173 + 36 * usize::from(intra) + 6 * group + length.min(5)
     }
-    pub fn second(fresh: bool, group: usize) -> usize {
-        245 + 6 * usize::from(fresh) + group
+    pub fn second(intra: bool, group: usize) -> usize {
+        245 + 6 * usize::from(intra) + group
     }
 }
 
@@ -183,7 +183,7 @@ pub fn bits(
     probes: &[Probe],
     touched: &[usize],
 ) -> Vec<Bit> {
-    let mut walk = Walk {
+    let mut writer = BitWriter {
         volume,
         bits: Vec::new(),
         changed: vec![false; probes.len()],
@@ -191,9 +191,9 @@ pub fn bits(
     };
     for index in 0..probes.len() {
         let base = base.map_or(Probe::ABSENT, |base| base[index]);
-        walk.probe(index, base, probes, touched.contains(&index));
+        writer.probe(index, base, probes, touched.contains(&index));
     }
-    walk.bits
+    writer.bits
 }
 
 /// Those bits as bytes.
@@ -207,14 +207,14 @@ pub fn packed(
 }
 
 /// The program of §6.3, as it is written.
-struct Walk<'a> {
+struct BitWriter<'a> {
     volume: &'a Volume,
     bits: Vec<Bit>,
     changed: Vec<bool>,
     residuals: Vec<[i32; 27]>,
 }
 
-impl Walk<'_> {
+impl BitWriter<'_> {
     fn bit(&mut self, context: usize, one: bool) -> bool {
         self.bits.push(Bit::In(context, one));
         one
@@ -222,47 +222,47 @@ impl Walk<'_> {
 
     fn probe(&mut self, index: usize, base: Probe, probes: &[Probe], touched: bool) {
         let near = self.volume.next_to(index, true);
-        let wanted = probes[index];
+        let target = probes[index];
         let c = near.iter().filter(|&&n| self.changed[n]).count();
-        let changes = touched || wanted != base;
+        let changes = touched || target != base;
         if !self.bit(context::changed(base.level == 0, c), changes) {
             return;
         }
         self.changed[index] = true;
-        self.level(base.level, wanted.level);
+        self.level(base.level, target.level);
         let mut before = false;
-        for group in 0..2 * usize::from(wanted.level) {
-            let fresh = base.level as usize <= group / 2;
+        for group in 0..2 * usize::from(target.level) {
+            let intra = base.level as usize <= group / 2;
             let codes = GROUPS[group]..GROUPS[group + 1];
             for code in codes.clone() {
-                let predicted = match fresh {
+                let predicted = match intra {
                     true => mean(&near, probes, group / 2, code),
                     false => base.codes[code],
                 };
-                self.residuals[index][code] = wanted.codes[code] - predicted;
+                self.residuals[index][code] = target.codes[code] - predicted;
             }
             let own = self.residuals[index];
             let c = self.around(&near, codes.clone());
             let any = own[codes.clone()].iter().any(|&r| r != 0);
-            before = self.bit(context::any(fresh, group, c, before), any);
+            before = self.bit(context::any(intra, group, c, before), any);
             for code in codes.clone().filter(|_| any) {
                 let c = self.around(&near, code..code + 1);
                 let sure = code + 1 == codes.end && own[codes.start..code].iter().all(|&r| r == 0);
-                if sure || self.bit(context::some(fresh, group, c), own[code] != 0) {
+                if sure || self.bit(context::some(intra, group, c), own[code] != 0) {
                     let signs = near.iter().map(|&n| self.residuals[n][code].signum());
-                    self.residual(fresh, group, signs.sum(), own[code]);
+                    self.residual(intra, group, signs.sum(), own[code]);
                 }
             }
         }
     }
 
-    fn level(&mut self, base: u8, wanted: u8) {
-        if base > 0 && !self.bit(context::OTHER, wanted != base) {
+    fn level(&mut self, base: u8, target: u8) {
+        if base > 0 && !self.bit(context::OTHER, target != base) {
             return;
         }
         let others: Vec<u8> = [3, 2, 1, 0].into_iter().filter(|&l| l != base).collect();
-        if self.bit(context::level(base, false), wanted != others[0]) {
-            self.bit(context::level(base, true), wanted != others[1]);
+        if self.bit(context::level(base, false), target != others[0]) {
+            self.bit(context::level(base, true), target != others[1]);
         }
     }
 
@@ -272,29 +272,29 @@ impl Walk<'_> {
         near.iter().filter(some).count()
     }
 
-    fn residual(&mut self, fresh: bool, group: usize, s: i32, residual: i32) {
+    fn residual(&mut self, intra: bool, group: usize, s: i32, residual: i32) {
         let against = (residual < 0) != (s < 0);
         let sure = (s.unsigned_abs() as usize).min(2);
-        self.bit(context::against(fresh, group, sure), against);
+        self.bit(context::against(intra, group, sure), against);
         let magnitude = residual.unsigned_abs();
         let length = magnitude.ilog2() as usize;
         for e in 0..length.min(15) {
-            self.bit(context::longer(fresh, group, e), true);
+            self.bit(context::longer(intra, group, e), true);
         }
         if length < 15 {
-            self.bit(context::longer(fresh, group, length), false);
+            self.bit(context::longer(intra, group, length), false);
         }
         for k in 0..length {
             let one = magnitude >> (length - 1 - k) & 1 == 1;
             match k {
-                0 => _ = self.bit(context::second(fresh, group), one),
+                0 => _ = self.bit(context::second(intra, group), one),
                 _ => self.bits.push(Bit::Even(one)),
             }
         }
     }
 }
 
-/// The prediction of a code of a fresh group (B-041).
+/// The prediction of a code of an intra group (B-041).
 pub fn mean(near: &[usize], probes: &[Probe], degree: usize, code: usize) -> i32 {
     let with = near.iter().map(|&n| &probes[n]);
     let with = with.filter(|probe| usize::from(probe.level) > degree);

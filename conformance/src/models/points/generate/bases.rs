@@ -59,15 +59,15 @@ fn bases(drafts: &mut Vec<Draft>) {
     let keyed = frames.clone().declare(&two).group();
     let keyed = keyed.keyframe(&[content(&two[1])]);
     case("after-a-keyframe-of-the-group", &keyed, 2, comment);
-    let fresh = Frames::new(std::slice::from_ref(&entry));
+    let unstarted = Frames::new(std::slice::from_ref(&entry));
     case(
         "no-frame",
-        &fresh,
+        &unstarted,
         0,
         "The first frame of the stream is a delta on frame 0.",
     );
     let comment = "The first frame of the stream is a delta on frame 2^32 - 1.";
-    case("no-frame-maximum", &fresh, u32::MAX, comment);
+    case("no-frame-maximum", &unstarted, u32::MAX, comment);
     let empty = points(Some(1), &[]);
     let (offset, bytes) = frames.refused(&empty);
     drafts.push(Draft::invalid(

@@ -1,4 +1,4 @@
-//! Query vectors: streams, and what a sampler must find in them. Those of points are asked here, with
+//! Query vectors: streams, and what a sampler must find in them. Those of points are made here, with
 //! intervals from [`super::sampling`]; those of probes in [`probes`].
 
 mod content;
@@ -18,7 +18,7 @@ use crate::models::points::writer::Part;
 /// Adds the vectors of this part.
 ///
 /// # Errors
-/// A sentence that names a vector with a question too near to a threshold.
+/// A sentence that names a vector with a query too near to a threshold.
 pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     geometry::one_point(drafts)?;
     geometry::distances(drafts)?;
@@ -77,16 +77,16 @@ fn still(entry: &Entry, content: &[([u32; 3], Vec<u32>)]) -> Frames {
         .commit()
 }
 
-/// A stream with its questions.
-struct Asked<'n> {
+/// A stream with its queries.
+struct QuerySet<'n> {
     name: &'n str,
     frames: Frames,
     queries: Vec<PointsQuery>,
 }
 
-impl<'n> Asked<'n> {
-    fn of(name: &'n str, frames: Frames) -> Asked<'n> {
-        Asked {
+impl<'n> QuerySet<'n> {
+    fn of(name: &'n str, frames: Frames) -> QuerySet<'n> {
+        QuerySet {
             name,
             frames,
             queries: Vec::new(),
@@ -98,8 +98,8 @@ impl<'n> Asked<'n> {
         content.ok_or_else(|| format!("{}: no track {track}", self.name))
     }
 
-    /// Asks at a position in metres, rounded to what a query can say.
-    fn ask(&mut self, track: u32, x: [f64; 3], normal: [i32; 3]) -> Result<&mut Self, String> {
+    /// Queries at a position in metres, rounded to what a query can say.
+    fn query(&mut self, track: u32, x: [f64; 3], normal: [i32; 3]) -> Result<&mut Self, String> {
         let mut query = PointsQuery {
             track,
             position: x.map(|v| (v * 65536.0).round() as i32),
@@ -113,7 +113,7 @@ impl<'n> Asked<'n> {
         Ok(self)
     }
 
-    /// Asks at a point with normals all around its own, `count` just within T_n and as many beyond:
+    /// Queries at a point with normals all around its own, `count` just within T_n and as many beyond:
     /// so the point's normal shows, which otherwise only decides whether it counts.
     fn ring(&mut self, track: u32, point: &Point, count: usize) -> Result<&mut Self, String> {
         let [x, y, z] = point.normal;
@@ -136,27 +136,27 @@ impl<'n> Asked<'n> {
                 let turned = cosine * point.normal[axis] + (1.0 - cosine * cosine).sqrt() * across;
                 (turned * 1e6).round() as i32
             });
-            self.ask(track, point.position, normal)?;
+            self.query(track, point.position, normal)?;
         }
         Ok(self)
     }
 
-    /// Asks `count` times within reach of drawn points, every fourth time with any normal; places
+    /// Queries `count` times within reach of drawn points, every fourth time with any normal; places
     /// too near to a threshold, and all but a few where there is nothing, are drawn again.
     fn draw(&mut self, track: u32, seed: u64, count: usize) -> Result<&mut Self, String> {
         let mut draw = Draw(seed);
         let expected = self.track(track)?.clone();
         let points = all(&expected);
-        let (mut asked, mut tries) = (0, 0);
-        while asked < count {
+        let (mut drawn, mut tries) = (0, 0);
+        while drawn < count {
             tries += 1;
             if tries > 10_000 {
-                return Err(format!("{}: no place for a question", self.name));
+                return Err(format!("{}: no place for a query", self.name));
             }
             let point = points[draw.below(points.len() as u32) as usize];
             let reach = f64::from(expected.entry.grid().radius);
             let x = point.position.map(|v| v + draw.signed() * reach);
-            let any = asked % 4 == 3;
+            let any = drawn % 4 == 3;
             let normal = point.normal.map(|v| {
                 let own = if any { 0.0 } else { v };
                 ((own + 0.4 * draw.signed()) * 1000.0).round() as i32
@@ -171,7 +171,7 @@ impl<'n> Asked<'n> {
                 continue;
             };
             if found.weight > 0.1 || (any && found.weight == 0.0) {
-                asked += 1;
+                drawn += 1;
                 self.queries.push(PointsQuery {
                     ao: bounds(found),
                     ..query

@@ -105,9 +105,9 @@ pub fn add(drafts: &mut Vec<Draft>) {
         filled_later.commit(),
     );
     let comment = "A track that was declared since the last frame takes a delta.";
-    let fresh = entry(20, WIDTHS[1]);
-    let new = frames.clone().declare(std::slice::from_ref(&fresh));
-    let new = new.delta(&[filled(&fresh, &[(2, 5, some(&fresh, 40, 3))])]);
+    let added = entry(20, WIDTHS[1]);
+    let new = frames.clone().declare(std::slice::from_ref(&added));
+    let new = new.delta(&[filled(&added, &[(2, 5, some(&added, 40, 3))])]);
     case(
         "delta-of-a-new-track",
         &["C-079", "P-016"],
@@ -118,8 +118,8 @@ pub fn add(drafts: &mut Vec<Draft>) {
     let new = frames
         .clone()
         .delta(&[change(0, 50)])
-        .declare(std::slice::from_ref(&fresh));
-    let new = new.keyframe(&[filled(&fresh, &[(2, 5, some(&fresh, 40, 3))])]);
+        .declare(std::slice::from_ref(&added));
+    let new = new.keyframe(&[filled(&added, &[(2, 5, some(&added, 40, 3))])]);
     case(
         "declared-within-a-frame",
         &["C-045", "P-017"],

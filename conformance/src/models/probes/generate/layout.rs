@@ -252,13 +252,13 @@ fn bases(drafts: &mut Vec<Draft>) {
         comment,
         record(&keyed, 2),
     ));
-    let fresh = two().0;
+    let unstarted = two().0;
     let comment = "The first frame of the stream is a delta on frame 0.";
     drafts.push(invalid(
         (4001, "no-frame"),
         &["B-015"],
         comment,
-        record(&fresh, 0),
+        record(&unstarted, 0),
     ));
     let refused = frames.refused_of(kind::PROBES, &payload(Some(1), &[]));
     let comment = "A delta of no tracks has the last frame but one as its base.";

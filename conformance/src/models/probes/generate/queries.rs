@@ -1,4 +1,4 @@
-//! Questions to tracks of `probes`: what light a surface finds. The intervals come from
+//! Queries to tracks of `probes`: what light a surface finds. The intervals come from
 //! [`super::super::lighting`].
 
 mod content;
@@ -13,7 +13,7 @@ use crate::generate::frames::Frames;
 use crate::models::Query;
 use crate::models::entry::Entry;
 use crate::models::probes::expected::Content;
-use crate::models::probes::oracle::asked;
+use crate::models::probes::oracle::with_intervals;
 use crate::models::probes::queries::Interpolation;
 use crate::models::probes::queries::ProbesQuery;
 use crate::models::probes::writer::{GROUPS, Probe, Volume};
@@ -22,7 +22,7 @@ use Interpolation::{Trilinear, VisibilityWeighted};
 /// Adds the vectors of this part.
 ///
 /// # Errors
-/// A sentence that names a vector with a question that rounding could decide.
+/// A sentence that names a vector with a query that rounding could decide.
 pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     geometry::places(drafts)?;
     geometry::outside(drafts)?;
@@ -105,8 +105,8 @@ fn still(volume: &Volume, probes: Vec<Probe>, visibility: Option<Vec<u8>>) -> Fr
         .commit()
 }
 
-/// A stream with its questions.
-struct Asked<'n> {
+/// A stream with its queries.
+struct QuerySet<'n> {
     name: &'n str,
     frames: Frames,
     queries: Vec<ProbesQuery>,
@@ -134,9 +134,9 @@ const FLOOR: At = At {
 /// Normals along and across the axes.
 const NORMALS: [[i32; 3]; 5] = [[0, 1, 0], [-1, 0, 0], [0, 0, 1], [3, -4, 2], [-2, -1, -3]];
 
-impl<'n> Asked<'n> {
-    fn of(name: &'n str, frames: Frames) -> Asked<'n> {
-        Asked {
+impl<'n> QuerySet<'n> {
+    fn of(name: &'n str, frames: Frames) -> QuerySet<'n> {
+        QuerySet {
             name,
             frames,
             queries: Vec::new(),
@@ -148,22 +148,22 @@ impl<'n> Asked<'n> {
         content.ok_or_else(|| format!("{}: no track {track}", self.name))
     }
 
-    /// Asks at a surface, its numbers rounded to what a query can say.
-    fn ask(
+    /// Queries at a surface, its numbers rounded to what a query can say.
+    fn query(
         &mut self,
         track: u32,
         at: At,
         interpolations: &[Interpolation],
     ) -> Result<&mut Self, String> {
         for &interpolation in interpolations {
-            let query = asked(self.track(track)?, query(track, at, interpolation));
+            let query = with_intervals(self.track(track)?, query(track, at, interpolation));
             let query = query.map_err(|near| format!("{}: at {:?}: {near}", self.name, at.x))?;
             self.queries.push(query);
         }
         Ok(self)
     }
 
-    /// Asks at places with each of the normals.
+    /// Queries at places with each of the normals.
     fn facing(
         &mut self,
         places: &[[f64; 3]],
@@ -172,13 +172,13 @@ impl<'n> Asked<'n> {
         for &x in places {
             for n in NORMALS {
                 let v = [n[0] + 1, n[1] + 1, n[2] - 1];
-                self.ask(1, At { x, n, v, ..FLOOR }, interpolations)?;
+                self.query(1, At { x, n, v, ..FLOOR }, interpolations)?;
             }
         }
         Ok(self)
     }
 
-    /// Asks `count` times at drawn places in the box of the grid and about it; those that rounding
+    /// Queries `count` times at drawn places in the box of the grid and about it; those that rounding
     /// could decide are drawn again.
     fn draw(
         &mut self,
@@ -195,7 +195,7 @@ impl<'n> Asked<'n> {
         while found < count {
             tries += 1;
             if tries > 10_000 {
-                return Err(format!("{}: no place for a question", self.name));
+                return Err(format!("{}: no place for a query", self.name));
             }
             let x = [0, 1, 2].map(|axis| {
                 let spaces = f64::from(volume.dims[axis]) - 1.0;
@@ -207,7 +207,7 @@ impl<'n> Asked<'n> {
             let roughness = draw.signed().abs();
             let at = At { x, n, v, roughness };
             let interpolation = interpolations[found % interpolations.len()];
-            if let Ok(query) = asked(&expected, query(track, at, interpolation)) {
+            if let Ok(query) = with_intervals(&expected, query(track, at, interpolation)) {
                 self.queries.push(query);
                 found += 1;
             }

@@ -270,7 +270,7 @@ fn fill(drafts: &mut Vec<Draft>) {
     );
     case(
         "row-even",
-        "The middle of an odd stretch has both ends at one distance.",
+        "The middle of an odd run has both ends at one distance.",
         &row,
         &[10, 18, 28],
     );

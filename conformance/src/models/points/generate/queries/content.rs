@@ -1,6 +1,6 @@
 //! What the grid holds: widths, normals, buckets that are shared, states that change.
 
-use super::{Asked, Draw, MIDDLE, Z, any_point, cube_of_27, cubes, oriented, still};
+use super::{Draw, MIDDLE, QuerySet, Z, any_point, cube_of_27, cubes, oriented, still};
 use crate::generate::Draft;
 use crate::generate::frames::Frames;
 use crate::models::entry::Entry;
@@ -35,9 +35,9 @@ pub(super) fn widths(drafts: &mut Vec<Draft>) -> Result<(), String> {
             .collect();
         let [p, n, a] = widths;
         let name = format!("widths-{p}-{n}-{a}");
-        let mut asked = Asked::of(&name, still(&entry, &content));
-        asked.draw(1, 77, 10)?;
-        asked.finish(
+        let mut set = QuerySet::of(&name, still(&entry, &content));
+        set.draw(1, 77, 10)?;
+        set.finish(
             drafts,
             &["P-007", "P-040", "P-041", "P-042", "P-047"],
             "Points with any bits, in a grid whose cell edge is no sum of powers of two.",
@@ -75,12 +75,12 @@ pub(super) fn normals(drafts: &mut Vec<Draft>) -> Result<(), String> {
             (cube, vec![point])
         })
         .collect();
-    let mut asked = Asked::of("normal-codes", still(&entry, &content));
-    for point in all(&asked.track(1)?.clone()) {
+    let mut set = QuerySet::of("normal-codes", still(&entry, &content));
+    for point in all(&set.track(1)?.clone()) {
         let own = point.normal.map(|v| (v * 1e6).round() as i32);
-        asked.ask(1, point.position, own)?.ring(1, &point, 4)?;
+        set.query(1, point.position, own)?.ring(1, &point, 4)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-042", "P-046", "P-045"],
         "Normal codes -8 and -7, folded ones with either sign, axes and rims.",
@@ -108,12 +108,12 @@ pub(super) fn normals(drafts: &mut Vec<Draft>) -> Result<(), String> {
             .map(|(cube, code)| (cube, vec![oriented(&entry, [middle; 3], code, 0)]))
             .collect();
         let name = format!("normal-codes-of-{n}-bits");
-        let mut asked = Asked::of(&name, still(&entry, &content));
-        for point in all(&asked.track(1)?.clone()) {
-            asked.ring(1, &point, 2)?;
+        let mut set = QuerySet::of(&name, still(&entry, &content));
+        for point in all(&set.track(1)?.clone()) {
+            set.ring(1, &point, 2)?;
         }
         let comment = "Cosines with point normals are on either side of T_n, all around them.";
-        asked.finish(drafts, &["P-042", "P-046"], comment);
+        set.finish(drafts, &["P-042", "P-046"], comment);
     }
     // Two sides of a thin wall.
     let content: Vec<_> = [[0, 1, 1], [1, 1, 1], [2, 1, 1]]
@@ -123,13 +123,13 @@ pub(super) fn normals(drafts: &mut Vec<Draft>) -> Result<(), String> {
             (cube, vec![side([0, 0], 30), side([7, 7], 220)])
         })
         .collect();
-    let mut asked = Asked::of("opposite-normals", still(&entry, &content));
+    let mut set = QuerySet::of("opposite-normals", still(&entry, &content));
     for x in [0.13, 0.3, 0.63, 0.71, 1.2] {
         for normal in [Z, [0, 0, -1], [2, 1, 9], [2, 1, -9]] {
-            asked.ask(1, [x, MIDDLE + 0.02, MIDDLE], normal)?;
+            set.query(1, [x, MIDDLE + 0.02, MIDDLE], normal)?;
         }
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-042", "P-045"],
         "Two points at one place face opposite ways, as on the sides of a thin wall.",
@@ -150,9 +150,9 @@ pub(super) fn shared_buckets(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ([i % 4, i / 4, 0], points)
         })
         .collect();
-    let mut asked = Asked::of("one-bucket", still(&entry, &content));
-    asked.draw(1, 22, 10)?;
-    asked.finish(
+    let mut set = QuerySet::of("one-bucket", still(&entry, &content));
+    set.draw(1, 22, 10)?;
+    set.finish(
         drafts,
         &["P-044", "P-005"],
         "All cubes have the same bucket, so that most of its cells are of other cubes.",
@@ -164,9 +164,9 @@ pub(super) fn shared_buckets(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let mut part = cubes(&entry, &content);
     part.buckets[0].1 = vec![3, 0, 4, 1, 2];
     let frames = Frames::new(std::slice::from_ref(&entry));
-    let mut asked = Asked::of("several-cells-of-a-cube", frames.keyframe(&[part]).commit());
-    asked.draw(1, 23, 12)?;
-    asked.finish(
+    let mut set = QuerySet::of("several-cells-of-a-cube", frames.keyframe(&[part]).commit());
+    set.draw(1, 23, 12)?;
+    set.finish(
         drafts,
         &["P-044", "P-019", "P-047"],
         "Two cubes of three and two cells, interleaved in one bucket.",
@@ -184,7 +184,7 @@ pub(super) fn shared_buckets(drafts: &mut Vec<Draft>) -> Result<(), String> {
         ([1, 1, 0], vec![oriented(&collide, [3, 3, 16], [0, 0], 200)]),
         ([1, 0, 0], vec![oriented(&collide, [3, 28, 16], [0, 0], 90)]),
     ];
-    let mut asked = Asked::of("colliding-neighbours", still(&collide, &content));
+    let mut set = QuerySet::of("colliding-neighbours", still(&collide, &content));
     for x in [
         [0.47, 0.47],
         [0.53, 0.53],
@@ -193,9 +193,9 @@ pub(super) fn shared_buckets(drafts: &mut Vec<Draft>) -> Result<(), String> {
         [0.3, 0.3],
         [0.7, 0.7],
     ] {
-        asked.ask(1, [x[0], x[1], MIDDLE - 0.5], Z)?;
+        set.query(1, [x[0], x[1], MIDDLE - 0.5], Z)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-044", "P-005"],
         "Two cubes of a block share a bucket: the points of each count once.",
@@ -208,9 +208,9 @@ pub(super) fn shared_buckets(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ([1 + (i & 1), 1 + (i >> 1 & 1), 1 + (i >> 2)], points)
         })
         .collect();
-    let mut asked = Asked::of("full-block", still(&full, &content));
-    asked.draw(1, 24, 10)?;
-    asked.finish(
+    let mut set = QuerySet::of("full-block", still(&full, &content));
+    set.draw(1, 24, 10)?;
+    set.finish(
         drafts,
         &["P-044", "P-047"],
         "Eight full cells in one block.",
@@ -228,39 +228,39 @@ pub(super) fn states(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let place = |i: usize, ao| cubes(&entries[i], &[([1; 3], vec![point(i, ao)])]);
     let spots = [[0.58, 0.6, 0.585], [0.66, 0.6, 0.6], [1.1, 1.1, 1.1]];
     let frames = Frames::new(&entries).keyframe(&[place(0, 10), place(1, 30)]);
-    let mut asked = Asked::of("two-tracks", frames.clone().commit());
+    let mut set = QuerySet::of("two-tracks", frames.clone().commit());
     for x in spots {
-        asked.ask(1, x, Z)?.ask(2, x, Z)?;
+        set.query(1, x, Z)?.query(2, x, Z)?;
     }
     let comment = "Two tracks have the same grid and other points.";
-    asked.finish(drafts, &["P-044", "P-047"], comment);
+    set.finish(drafts, &["P-044", "P-047"], comment);
 
     let cell = Part::of(&entries[0]).cell(0, entries[0].grid().key([1; 3]), &[point(0, 200)]);
-    let mut asked = Asked::of(
+    let mut set = QuerySet::of(
         "last-frame",
         frames.clone().commit().delta(&[cell]).commit(),
     );
     for x in spots {
-        asked.ask(1, x, Z)?.ask(2, x, [1, 0, 5])?;
+        set.query(1, x, Z)?.query(2, x, [1, 0, 5])?;
     }
     let comment = "A delta changes the AO of one track's point.";
-    asked.finish(drafts, &["P-016", "P-047"], comment);
+    set.finish(drafts, &["P-016", "P-047"], comment);
 
     let bucket = entries[0].grid().bucket(entries[0].grid().key([1; 3]));
     let forgotten = Part::of(&entries[0]).bucket(bucket, &[]);
     let frames = frames.commit().delta(&[forgotten]).commit();
-    let mut asked = Asked::of("cell-that-no-bucket-names", frames);
+    let mut set = QuerySet::of("cell-that-no-bucket-names", frames);
     for x in spots {
-        asked.ask(1, x, Z)?.ask(2, x, Z)?;
+        set.query(1, x, Z)?.query(2, x, Z)?;
     }
     let comment = "A cell with points is named by no bucket any more.";
-    asked.finish(drafts, &["P-018", "P-048"], comment);
+    set.finish(drafts, &["P-018", "P-048"], comment);
 
-    let mut asked = Asked::of("no-points", Frames::new(&entries).commit());
+    let mut set = QuerySet::of("no-points", Frames::new(&entries).commit());
     for x in spots {
-        asked.ask(1, x, Z)?.ask(2, x, [0, 0, -1])?;
+        set.query(1, x, Z)?.query(2, x, [0, 0, -1])?;
     }
     let comment = "Tracks without content are open everywhere.";
-    asked.finish(drafts, &["P-048"], comment);
+    set.finish(drafts, &["P-048"], comment);
     Ok(())
 }

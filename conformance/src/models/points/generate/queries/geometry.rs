@@ -1,6 +1,6 @@
-//! Where the question lies: distances, directions, cubes, sizes of grids.
+//! Where the query lies: distances, directions, cubes, sizes of grids.
 
-use super::{Asked, Draw, X, Y, Z, any_point, beside, cube_of_27, oriented, still};
+use super::{Draw, QuerySet, X, Y, Z, any_point, beside, cube_of_27, oriented, still};
 use crate::generate::Draft;
 use crate::models::points::frames::WIDTHS;
 
@@ -8,19 +8,18 @@ use crate::models::points::frames::WIDTHS;
 pub(super) fn one_point(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let entry = cube_of_27(WIDTHS[0]);
     let point = oriented(&entry, [16; 3], [0, 0], 100);
-    let mut asked = Asked::of("at-the-point", still(&entry, &[([1; 3], vec![point])]));
-    asked
-        .ask(1, beside([0.0; 3]), Z)?
-        .ask(1, beside([0.0; 3]), [3, 4, 12])?
-        .ask(1, beside([0.0; 3]), [0, 0, -1])?
-        .ask(1, beside([0.0; 3]), X)?;
-    asked.finish(
+    let mut set = QuerySet::of("at-the-point", still(&entry, &[([1; 3], vec![point])]));
+    set.query(1, beside([0.0; 3]), Z)?
+        .query(1, beside([0.0; 3]), [3, 4, 12])?
+        .query(1, beside([0.0; 3]), [0, 0, -1])?
+        .query(1, beside([0.0; 3]), X)?;
+    set.finish(
         drafts,
         &["P-046", "P-045", "P-040", "P-041"],
         "The fragment is at a point: only the normals count.",
     );
     let frames = still(&entry, &[([1; 3], vec![point])]);
-    let mut asked = Asked::of("normals-that-agree", frames);
+    let mut set = QuerySet::of("normals-that-agree", frames);
     // Cosines of 0.102, 0.098, 0.11, 0.09, 0.9, 0 and -1.
     for normal in [
         [994_784, 0, 102_000],
@@ -31,22 +30,22 @@ pub(super) fn one_point(drafts: &mut Vec<Draft>) -> Result<(), String> {
         [1, 1, 0],
         [0, 0, -7],
     ] {
-        asked.ask(1, beside([0.1, 0.02, 0.0]), normal)?;
+        set.query(1, beside([0.1, 0.02, 0.0]), normal)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-045", "P-048"],
         "The cosine between the normals of point and fragment is on either side of T_n.",
     );
     let frames = still(&entry, &[([1; 3], vec![point])]);
-    let mut asked = Asked::of("directions-across", frames);
+    let mut set = QuerySet::of("directions-across", frames);
     // Squared cosines of the direction to the point.
     for slope in [0.0, 0.3, 0.5, 0.69, 0.698f64, 0.702, 0.71, 0.84, 1.0] {
         let (along, across) = (0.1 * slope.sqrt(), 0.1 * (1.0 - slope).sqrt());
-        asked.ask(1, beside([across, 0.0, along]), Z)?;
-        asked.ask(1, beside([0.0, -across, -along]), Z)?;
+        set.query(1, beside([across, 0.0, along]), Z)?;
+        set.query(1, beside([0.0, -across, -along]), Z)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-045", "P-048"],
         "The squared cosine between the point's normal and the direction to it is on either side of T_d.",
@@ -59,25 +58,25 @@ pub(super) fn distances(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let entry = cube_of_27(WIDTHS[0]);
     let near = oriented(&entry, [16; 3], [0, 0], 255);
     let far = oriented(&entry, [24, 16, 16], [0, 0], 0);
-    let mut asked = Asked::of("distances", still(&entry, &[([1; 3], vec![near, far])]));
+    let mut set = QuerySet::of("distances", still(&entry, &[([1; 3], vec![near, far])]));
     for dx in [-0.2, -0.1, -0.03, 0.02, 0.05, 0.0625, 0.1, 0.12, 0.2, 0.3] {
-        asked.ask(1, beside([dx, 0.03, 0.0]), Z)?;
+        set.query(1, beside([dx, 0.03, 0.0]), Z)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-045", "P-047"],
         "Two points share a fragment by their distances.",
     );
-    let mut asked = Asked::of(
+    let mut set = QuerySet::of(
         "edge-of-the-radius",
         still(&entry, &[([1; 3], vec![near - 99])]),
     );
     for share in [0.9, 0.99, 0.998, 1.002, 1.01, 1.1] {
         let d = 0.25 * share;
-        asked.ask(1, beside([d, 0.0, 0.0]), Z)?;
-        asked.ask(1, beside([-0.6 * d, 0.8 * d, 0.0]), Z)?;
+        set.query(1, beside([d, 0.0, 0.0]), Z)?;
+        set.query(1, beside([-0.6 * d, 0.8 * d, 0.0]), Z)?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-045", "P-047", "P-048"],
         "A single point just within the radius counts as much as a near one, and just beyond it not at all.",
@@ -96,13 +95,13 @@ pub(super) fn octants(drafts: &mut Vec<Draft>) -> Result<(), String> {
             (corner(i), vec![oriented(&entry, at, [0, 0], 32 * i + 20)])
         })
         .collect();
-    let mut asked = Asked::of("eight-cubes", still(&entry, &content));
+    let mut set = QuerySet::of("eight-cubes", still(&entry, &content));
     for i in 0..8 {
         let step = corner(i).map(|high| if high == 1 { 0.02 } else { -0.02 });
-        asked.ask(1, step.map(|v| 0.5 + v), [1, 1, 3])?;
-        asked.ask(1, step.map(|v| 0.5 + 2.5 * v), [-1, 0, 4])?;
+        set.query(1, step.map(|v| 0.5 + v), [1, 1, 3])?;
+        set.query(1, step.map(|v| 0.5 + 2.5 * v), [-1, 0, 4])?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-043", "P-044", "P-047"],
         "Each of the eight cubes about a corner has a point.",
@@ -116,10 +115,10 @@ pub(super) fn octants(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 ["x", "y", "x-y", "z", "x-z", "y-z", "x-y-z"][i - 1]
             ),
         };
-        let mut only = Asked::of(&name, still(&entry, std::slice::from_ref(one)));
-        only.ask(1, [0.48; 3], [1, 1, 3])?;
-        only.ask(1, [0.46, 0.47, 0.48], Z)?;
-        only.ask(1, [0.52; 3], [1, 1, 3])?;
+        let mut only = QuerySet::of(&name, still(&entry, std::slice::from_ref(one)));
+        only.query(1, [0.48; 3], [1, 1, 3])?;
+        only.query(1, [0.46, 0.47, 0.48], Z)?;
+        only.query(1, [0.52; 3], [1, 1, 3])?;
         let comment = "A single cube of the block has a point.";
         only.finish(drafts, &["P-043", "P-044"], comment);
     }
@@ -130,9 +129,9 @@ pub(super) fn octants(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ([i % 3, i / 3 % 3, i / 9], points)
         })
         .collect();
-    let mut asked = Asked::of("all-cubes", still(&entry, &everywhere));
-    asked.draw(1, 6, 16)?;
-    asked.finish(
+    let mut set = QuerySet::of("all-cubes", still(&entry, &everywhere));
+    set.draw(1, 6, 16)?;
+    set.finish(
         drafts,
         &["P-043", "P-044", "P-045", "P-047"],
         "Two points in every cube of the grid, with any position and normal.",
@@ -155,7 +154,7 @@ pub(super) fn outside(drafts: &mut Vec<Draft>) -> Result<(), String> {
             content.push((cube, vec![oriented(&entry, at, normal, ao)]));
         }
     }
-    let mut asked = Asked::of("outside", still(&entry, &content));
+    let mut set = QuerySet::of("outside", still(&entry, &content));
     for axis in 0..3 {
         let normal = [Y, X, X][axis];
         for (low, high) in [
@@ -168,14 +167,14 @@ pub(super) fn outside(drafts: &mut Vec<Draft>) -> Result<(), String> {
             for beyond in [low, high] {
                 let mut x = [0.64; 3];
                 x[axis] = beyond;
-                asked.ask(1, x, normal)?;
+                set.query(1, x, normal)?;
             }
         }
     }
     for x in [[-0.05; 3], [1.05; 3], [-30_000.625; 3], [30_000.625; 3]] {
-        asked.ask(1, x, [1, 1, 1])?;
+        set.query(1, x, [1, 1, 1])?;
     }
-    asked.finish(
+    set.finish(
         drafts,
         &["P-043", "P-048"],
         "Fragments lie beyond the grid, at negative and at large coordinates.",
@@ -205,7 +204,7 @@ pub(super) fn large(drafts: &mut Vec<Draft>) -> Result<(), String> {
             .zip([13, 31, 57])
             .map(|(cube, ao)| (cube, vec![oriented(&entry, [2, 5, 3], [0, 0], ao)]))
             .collect();
-        let mut asked = Asked::of(name, still(&entry, &content));
+        let mut set = QuerySet::of(name, still(&entry, &content));
         for (cube, _) in &content {
             // In 32nds of a cube from its corner.
             for step in [
@@ -218,11 +217,11 @@ pub(super) fn large(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 let x = [0, 1, 2].map(|axis| {
                     (f64::from(cube[axis]) + f64::from(step[axis]) / 32.0) * f64::from(cell_edge)
                 });
-                asked.ask(1, x, [1, 2, 4])?;
+                set.query(1, x, [1, 2, 4])?;
             }
         }
         let comment = "The hash of far cubes wraps, and positions are far from the origin.";
-        asked.finish(drafts, &["P-005", "P-043", "P-044"], comment);
+        set.finish(drafts, &["P-005", "P-043", "P-044"], comment);
     }
     Ok(())
 }
@@ -246,10 +245,10 @@ pub(super) fn sizes(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 ([i % 3, i / 3 % 3, i / 9], points)
             })
             .collect();
-        let mut asked = Asked::of(name, still(&entry, &content));
-        asked.draw(1, 32, 8)?;
+        let mut set = QuerySet::of(name, still(&entry, &content));
+        set.draw(1, 32, 8)?;
         let comment = format!("Cubes of {cell_edge} m and a radius of {radius} m.");
-        asked.finish(drafts, &["P-040", "P-043", "P-045"], &comment);
+        set.finish(drafts, &["P-040", "P-043", "P-045"], &comment);
     }
     Ok(())
 }

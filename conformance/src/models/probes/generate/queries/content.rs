@@ -2,7 +2,7 @@
 //! and frames.
 
 use super::{
-    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Trilinear, VisibilityWeighted,
+    At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, QuerySet, Trilinear, VisibilityWeighted,
     Volume, all_lit, grey, lit, still,
 };
 
@@ -18,8 +18,8 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 *probe = Probe::ABSENT;
             }
         }
-        let mut asked = Asked::of(name, still(&volume, probes, None));
-        asked.draw(
+        let mut set = QuerySet::of(name, still(&volume, probes, None));
+        set.draw(
             1,
             12,
             20,
@@ -27,7 +27,7 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
         )?;
         let comment = "Absent probes count with what they are filled with, in the visibility-weighted \
                        interpolation as good as not.";
-        asked.finish(drafts, &["B-071", "B-073", "B-060"], comment);
+        set.finish(drafts, &["B-071", "B-073", "B-060"], comment);
     }
     // One probe of 5 x 2 x 2 is present, far from the first cells.
     let volume = Volume::raw([5, 2, 2]);
@@ -35,14 +35,14 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let some = all_lit(&volume, 13);
     probes[4] = some[4];
     probes[13] = some[13];
-    let mut asked = Asked::of("absent-eight", still(&volume, probes, None));
+    let mut set = QuerySet::of("absent-eight", still(&volume, probes, None));
     let places = [[0.1, 0.2, 0.3], [0.4, 0.6, 0.9], [-0.3, 0.1, 0.5]];
-    asked.facing(&places, &[Trilinear, VisibilityWeighted])?;
+    set.facing(&places, &[Trilinear, VisibilityWeighted])?;
     let comment = "All eight corners are absent: the result is the mean of their fill.";
-    asked.finish(drafts, &["B-073", "B-060"], comment);
+    set.finish(drafts, &["B-073", "B-060"], comment);
     let dark = vec![Probe::ABSENT; volume.count()];
-    let mut asked = Asked::of("absent-all", still(&volume, dark, None));
-    asked.ask(
+    let mut set = QuerySet::of("absent-all", still(&volume, dark, None));
+    set.query(
         1,
         At {
             x: [0.7, 0.2, 0.3],
@@ -51,7 +51,7 @@ pub(super) fn absent(drafts: &mut Vec<Draft>) -> Result<(), String> {
         &[Trilinear, VisibilityWeighted],
     )?;
     let comment = "A volume without a present probe is dark.";
-    asked.finish(drafts, &["B-073", "B-060"], comment);
+    set.finish(drafts, &["B-073", "B-060"], comment);
     Ok(())
 }
 
@@ -66,11 +66,11 @@ pub(super) fn levels(drafts: &mut Vec<Draft>) -> Result<(), String> {
     ] {
         let mut draw = Draw(14);
         let probes = (0..volume.count()).map(|i| lit(&volume, &mut draw, levels[i % 3]));
-        let mut asked = Asked::of(name, still(&volume, probes.collect(), None));
-        asked.facing(&[[0.3, 0.2, 0.6]], &[Trilinear, VisibilityWeighted])?;
-        asked.draw(1, 15, 6, &[Trilinear, VisibilityWeighted])?;
+        let mut set = QuerySet::of(name, still(&volume, probes.collect(), None));
+        set.facing(&[[0.3, 0.2, 0.6]], &[Trilinear, VisibilityWeighted])?;
+        set.draw(1, 15, 6, &[Trilinear, VisibilityWeighted])?;
         let comment = "Packed probes of several levels.";
-        asked.finish(drafts, &["B-071", "B-072", "B-077", "B-078"], comment);
+        set.finish(drafts, &["B-071", "B-072", "B-077", "B-078"], comment);
     }
     // One function alone lights all: its sign and place show.
     let volume = Volume::raw([2, 1, 1]);
@@ -80,7 +80,7 @@ pub(super) fn levels(drafts: &mut Vec<Draft>) -> Result<(), String> {
         coefficients[lm] = 1.0;
         let probe = grey(&coefficients);
         let name = format!("function-{lm}");
-        let mut asked = Asked::of(&name, still(&volume, vec![probe; 2], None));
+        let mut set = QuerySet::of(&name, still(&volume, vec![probe; 2], None));
         for (i, n) in [[1, 2, 3], [-3, 1, 2], [2, -3, -1], [-1, -2, 2]]
             .into_iter()
             .enumerate()
@@ -91,10 +91,10 @@ pub(super) fn levels(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 v: [n[0] + 2, n[1], n[2] - 1],
                 roughness: [0.0, 0.25, 0.5, 0.75][i],
             };
-            asked.ask(1, at, &[Trilinear])?;
+            set.query(1, at, &[Trilinear])?;
         }
         let comment = "Two probes alike, of degree 0 and one function.";
-        asked.finish(drafts, &["B-077", "B-078", "B-079"], comment);
+        set.finish(drafts, &["B-077", "B-078", "B-079"], comment);
     }
     Ok(())
 }
@@ -110,10 +110,10 @@ pub(super) fn exponents(drafts: &mut Vec<Draft>) -> Result<(), String> {
             exponent,
             ..Volume::packed([2, 2, 2])
         };
-        let mut asked = Asked::of(name, still(&volume, all_lit(&volume, 16), None));
-        asked.draw(1, 17, 6, &[Trilinear, VisibilityWeighted])?;
+        let mut set = QuerySet::of(name, still(&volume, all_lit(&volume, 16), None));
+        set.draw(1, 17, 6, &[Trilinear, VisibilityWeighted])?;
         let comment = format!("Coefficients are values times 2^{exponent}.");
-        asked.finish(drafts, &["B-071", "B-072"], &comment);
+        set.finish(drafts, &["B-071", "B-072"], &comment);
     }
     Ok(())
 }
@@ -125,7 +125,7 @@ pub(super) fn ringing(drafts: &mut Vec<Draft>) -> Result<(), String> {
     // Blue does not ring.
     probe.codes[8] = 0;
     probe.codes[20] = 0;
-    let mut asked = Asked::of("ringing", still(&volume, vec![probe; 4], None));
+    let mut set = QuerySet::of("ringing", still(&volume, vec![probe; 4], None));
     for (n, v) in [
         ([0, 0, -1], [1, 0, -2]),
         ([0, 0, 1], [1, 0, 2]),
@@ -136,25 +136,25 @@ pub(super) fn ringing(drafts: &mut Vec<Draft>) -> Result<(), String> {
         for roughness in [0.0, 0.5, 1.0] {
             let x = [0.2, 0.3, 0.1];
             let at = At { x, n, v, roughness };
-            asked.ask(1, at, &[Trilinear, VisibilityWeighted])?;
+            set.query(1, at, &[Trilinear, VisibilityWeighted])?;
         }
     }
     let comment = "Where an expansion rings below zero, each channel by itself is 0.";
-    asked.finish(drafts, &["B-077", "B-078"], comment);
+    set.finish(drafts, &["B-077", "B-078"], comment);
     Ok(())
 }
 
 /// Lobes from a mirror's to the cosine's.
 pub(super) fn roughness(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let volume = Volume::raw([2, 2, 2]);
-    let mut asked = Asked::of("roughness", still(&volume, all_lit(&volume, 18), None));
+    let mut set = QuerySet::of("roughness", still(&volume, all_lit(&volume, 18), None));
     // Entries of the table, between them, and the ends.
     for step in 0..=21 {
         let roughness = f64::from(step) / 21.0;
         for (n, v) in [([1, 9, 2], [-5, 6, 2]), ([0, -1, 0], [9, -3, 2])] {
             let x = [0.2, 0.3, 0.4];
             let at = At { x, n, v, roughness };
-            asked.ask(1, at, &[Trilinear])?;
+            set.query(1, at, &[Trilinear])?;
         }
     }
     for roughness in [0.004, 0.012, 0.33, 0.5, 0.777, 0.99, 0.999] {
@@ -162,11 +162,11 @@ pub(super) fn roughness(drafts: &mut Vec<Draft>) -> Result<(), String> {
             let x = [0.4, 0.1, 0.7];
             let n = [0, 1, 0];
             let at = At { x, n, v, roughness };
-            asked.ask(1, at, &[VisibilityWeighted])?;
+            set.query(1, at, &[VisibilityWeighted])?;
         }
     }
     let comment = "Lobes of roughness 0 to 1, seen from above and at grazing angles.";
-    asked.finish(drafts, &["B-078", "B-079"], comment);
+    set.finish(drafts, &["B-078", "B-079"], comment);
     Ok(())
 }
 
@@ -177,23 +177,23 @@ pub(super) fn states(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let content = |id: u32, seed| Content::new(id, all_lit(&volumes[id as usize - 1], seed));
     let frames = Frames::new(&entries).probes(true, &[content(1, 21), content(2, 22)]);
     let frames = frames.commit();
-    let mut asked = Asked::of("two-tracks", frames.clone());
-    asked.draw(1, 23, 6, &[Trilinear, VisibilityWeighted])?;
-    asked.draw(2, 24, 6, &[Trilinear, VisibilityWeighted])?;
+    let mut set = QuerySet::of("two-tracks", frames.clone());
+    set.draw(1, 23, 6, &[Trilinear, VisibilityWeighted])?;
+    set.draw(2, 24, 6, &[Trilinear, VisibilityWeighted])?;
     let comment = "Two volumes, one packed and one raw.";
-    asked.finish(drafts, &["B-071", "B-072"], comment);
+    set.finish(drafts, &["B-071", "B-072"], comment);
     let mut later = content(2, 22);
     later.probes[1] = Probe::ABSENT;
     later.probes[4] = all_lit(&volumes[1], 25)[4];
-    let mut asked = Asked::of("last-frame", frames.probes(false, &[later]).commit());
-    asked.draw(1, 26, 4, &[VisibilityWeighted])?;
-    asked.draw(2, 27, 10, &[Trilinear, VisibilityWeighted])?;
+    let mut set = QuerySet::of("last-frame", frames.probes(false, &[later]).commit());
+    set.draw(1, 26, 4, &[VisibilityWeighted])?;
+    set.draw(2, 27, 10, &[Trilinear, VisibilityWeighted])?;
     let comment = "A delta changes a probe and takes one away.";
-    asked.finish(drafts, &["B-011", "B-071", "B-073"], comment);
-    let mut asked = Asked::of("no-probes", Frames::new(&entries).commit());
+    set.finish(drafts, &["B-011", "B-071", "B-073"], comment);
+    let mut set = QuerySet::of("no-probes", Frames::new(&entries).commit());
     let x = [0.2, 0.4, 0.3];
-    asked.ask(1, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
-    asked.ask(2, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
-    asked.finish(drafts, &["B-073"], "Volumes without content are dark.");
+    set.query(1, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
+    set.query(2, At { x, ..FLOOR }, &[Trilinear, VisibilityWeighted])?;
+    set.finish(drafts, &["B-073"], "Volumes without content are dark.");
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What probes see: maps of every side, walls, the lift off the surface, blocks that come and go.
 
 use super::{
-    Asked, At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, Trilinear, VisibilityWeighted,
+    At, Content, Draft, Draw, Entry, FLOOR, Frames, Probe, QuerySet, Trilinear, VisibilityWeighted,
     Volume, all_lit, grey, still,
 };
 use crate::models::probes::oracle;
@@ -34,11 +34,11 @@ pub(super) fn maps(drafts: &mut Vec<Draft>) -> Result<(), String> {
         let volume = seeing([2, 2, 2], side);
         let frames = still(&volume, all_lit(&volume, 31), Some(blurred(&volume, 32)));
         let name = format!("map-of-{side}");
-        let mut asked = Asked::of(&name, frames);
-        asked.draw(1, 33, 40, &[VisibilityWeighted])?;
-        asked.draw(1, 34, 4, &[Trilinear])?;
+        let mut set = QuerySet::of(&name, frames);
+        set.draw(1, 33, 40, &[VisibilityWeighted])?;
+        set.draw(1, 34, 4, &[Trilinear])?;
         let comment = "Each probe sees any distances in each direction.";
-        asked.finish(
+        set.finish(
             drafts,
             &["B-072", "B-073", "B-074", "B-075", "B-076"],
             comment,
@@ -50,7 +50,7 @@ pub(super) fn maps(drafts: &mut Vec<Draft>) -> Result<(), String> {
         map[block..].fill(255);
         let probes = vec![grey(&[4.0]), grey(&[1.0])];
         let name = format!("map-edges-of-{side}");
-        let mut asked = Asked::of(&name, still(&volume, probes, Some(map)));
+        let mut set = QuerySet::of(&name, still(&volume, probes, Some(map)));
         let mut draw = Draw(36);
         let mut found = 0;
         // Below the equator, near the four folds of the edge and its corners.
@@ -66,15 +66,15 @@ pub(super) fn maps(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 _ => [0.3, 0.5 * draw.signed(), -0.5 + 0.3 * draw.signed()],
             };
             let at = At { x, ..FLOOR };
-            if asked.ask(1, at, &[VisibilityWeighted]).is_ok() {
+            if set.query(1, at, &[VisibilityWeighted]).is_ok() {
                 found += 1;
             }
         }
         if found < 40 {
-            return Err(format!("{name}: no place for a question"));
+            return Err(format!("{name}: no place for a query"));
         }
         let comment = "Directions below the equator, where the map's edges fold.";
-        asked.finish(drafts, &["B-074", "B-075"], comment);
+        set.finish(drafts, &["B-074", "B-075"], comment);
     }
     Ok(())
 }
@@ -131,18 +131,18 @@ pub(super) fn walls(drafts: &mut Vec<Draft>) -> Result<(), String> {
             .collect();
         let name = format!("behind-a-wall-{side}");
         let frames = still(&volume, probes.clone(), Some(walled(&volume, 0.5)));
-        let mut asked = Asked::of(&name, frames);
-        asked.draw(1, 41, 30, &[VisibilityWeighted])?;
+        let mut set = QuerySet::of(&name, frames);
+        set.draw(1, 41, 30, &[VisibilityWeighted])?;
         let comment = "A thin wall stands half-way between bright probes and dark ones.";
-        asked.finish(drafts, &["B-073", "B-074", "B-076"], comment);
+        set.finish(drafts, &["B-073", "B-074", "B-076"], comment);
         // Nobody sees the place: walls on both sides of it.
         let name = format!("seen-by-none-{side}");
         let near = vec![[13, 1]; volume.visibility_bytes() / 2].concat();
-        let mut asked = Asked::of(&name, still(&volume, probes, Some(near)));
+        let mut set = QuerySet::of(&name, still(&volume, probes, Some(near)));
         let places = [[0.5, 0.4, 0.45], [0.4, 0.6, 0.5], [0.62, 0.35, 0.55]];
-        asked.facing(&places, &[VisibilityWeighted])?;
+        set.facing(&places, &[VisibilityWeighted])?;
         let comment = "No probe sees the place: their mean without visibility.";
-        asked.finish(drafts, &["B-073", "B-076"], comment);
+        set.finish(drafts, &["B-073", "B-076"], comment);
     }
     Ok(())
 }
@@ -159,7 +159,7 @@ pub(super) fn lifted(drafts: &mut Vec<Draft>) -> Result<(), String> {
             ..seeing([2, 2, 2], 8)
         };
         let probes = all_lit(&volume, 45);
-        let mut asked = Asked::of(name, still(&volume, probes, Some(blurred(&volume, 46))));
+        let mut set = QuerySet::of(name, still(&volume, probes, Some(blurred(&volume, 46))));
         let x = spacing.map(|s| f64::from(s) / 2.0);
         // Normal and view across each other, then along.
         for (n, v) in [
@@ -175,11 +175,11 @@ pub(super) fn lifted(drafts: &mut Vec<Draft>) -> Result<(), String> {
                 v,
                 roughness: 0.3,
             };
-            asked.ask(1, at, &[VisibilityWeighted])?;
+            set.query(1, at, &[VisibilityWeighted])?;
         }
-        asked.draw(1, 47, 12, &[VisibilityWeighted])?;
-        let comment = "The place that probes are asked about is lifted by the smallest spacing.";
-        asked.finish(drafts, &["B-074", "B-076"], comment);
+        set.draw(1, 47, 12, &[VisibilityWeighted])?;
+        let comment = "The place at which probes are looked up is lifted by the smallest spacing.";
+        set.finish(drafts, &["B-074", "B-076"], comment);
     }
     Ok(())
 }
@@ -197,16 +197,16 @@ pub(super) fn nothing_seen(drafts: &mut Vec<Draft>) -> Result<(), String> {
         _ => [100, 30],
     });
     let frames = still(&volume, all_lit(&volume, 48), Some(texels.collect()));
-    let mut asked = Asked::of("nothing-in-range", frames);
+    let mut set = QuerySet::of("nothing-in-range", frames);
     let places = [[0.5, 0.4, 0.6], [0.7, 0.3, 0.5], [0.3, 0.5, 0.8]];
-    asked.facing(&places, &[VisibilityWeighted])?;
+    set.facing(&places, &[VisibilityWeighted])?;
     let comment = "A mean of 255 hides nothing, though the place is beyond the range.";
-    asked.finish(drafts, &["B-076"], comment);
+    set.finish(drafts, &["B-076"], comment);
     // Maps of one distance without deviation, and places a few codes of it farther.
     let volume = seeing([2, 1, 1], 4);
     let texels = (0..2 * 16).flat_map(|t| [[128, 0], [255, 0]][t / 16]);
     let probes = vec![grey(&[4.0]), grey(&[1.0])];
-    let mut asked = Asked::of(
+    let mut set = QuerySet::of(
         "least-deviation",
         still(&volume, probes, Some(texels.collect())),
     );
@@ -221,10 +221,10 @@ pub(super) fn nothing_seen(drafts: &mut Vec<Draft>) -> Result<(), String> {
             v: [0, 1, 0],
             roughness: 0.5,
         };
-        asked.ask(1, at, &[VisibilityWeighted])?;
+        set.query(1, at, &[VisibilityWeighted])?;
     }
     let comment = "Without any deviation the distance is still known to a code alone.";
-    asked.finish(drafts, &["B-076"], comment);
+    set.finish(drafts, &["B-076"], comment);
     Ok(())
 }
 
@@ -239,24 +239,24 @@ pub(super) fn blocks(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let entry = [Entry::of_volume(1, volume.clone())];
     let frames = Frames::new(&entry).probes(true, &[content(None)]).commit();
     let clauses = &["B-073", "B-061"];
-    let mut asked = Asked::of("block-not-come", frames.clone());
-    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
+    let mut set = QuerySet::of("block-not-come", frames.clone());
+    set.draw(1, 52, 8, &[VisibilityWeighted])?;
     let comment = "A volume with visibility whose block has not come.";
-    asked.finish(drafts, clauses, comment);
+    set.finish(drafts, clauses, comment);
     let frames = frames.probes(false, &[content(Some(blurred(&volume, 53)))]);
     let frames = frames.commit();
-    let mut asked = Asked::of("block-comes", frames.clone());
-    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
-    asked.finish(drafts, clauses, "A delta brings the block.");
+    let mut set = QuerySet::of("block-comes", frames.clone());
+    set.draw(1, 52, 8, &[VisibilityWeighted])?;
+    set.finish(drafts, clauses, "A delta brings the block.");
     let mut changed = content(None);
     changed.probes[3] = Probe::ABSENT;
     let kept = frames.clone().probes(false, &[changed]).commit();
-    let mut asked = Asked::of("block-stays", kept);
-    asked.draw(1, 54, 8, &[VisibilityWeighted])?;
+    let mut set = QuerySet::of("block-stays", kept);
+    set.draw(1, 54, 8, &[VisibilityWeighted])?;
     let comment = "A delta without a block leaves it; a probe that goes absent has a map still.";
-    asked.finish(drafts, clauses, comment);
-    let mut asked = Asked::of("block-goes", frames.probes(true, &[content(None)]).commit());
-    asked.draw(1, 52, 8, &[VisibilityWeighted])?;
-    asked.finish(drafts, clauses, "A keyframe without a block takes it away.");
+    set.finish(drafts, clauses, comment);
+    let mut set = QuerySet::of("block-goes", frames.probes(true, &[content(None)]).commit());
+    set.draw(1, 52, 8, &[VisibilityWeighted])?;
+    set.finish(drafts, clauses, "A keyframe without a block takes it away.");
     Ok(())
 }
