@@ -112,13 +112,10 @@ fn main() {
     ];
     for (name, (bytes, first)) in &streams {
         let mut decoder = Decoder::new(Limits::default());
-        let mut feed = |mut bytes: &[u8]| {
+        let mut feed = |bytes: &[u8]| {
             let start = Instant::now();
-            while !bytes.is_empty() {
-                match decoder.push(bytes) {
-                    Ok((used, _)) => bytes = &bytes[used..],
-                    Err(error) => panic!("{name}: {error}"),
-                }
+            if let Err(error) = decoder.push_all(bytes, |_, _| {}) {
+                panic!("{name}: {error}");
             }
             (start.elapsed().as_secs_f64(), decoder.work() as f64)
         };

@@ -144,15 +144,10 @@ fn run(case: &Case) -> Result<()> {
     let mut times = vec![Vec::new(); FRAMES];
     for _ in 0..ROUNDS {
         decoder.reset();
-        let mut at = 0;
-        while at < starts[0] {
-            at += decoder.push(&out[at..starts[0]])?.0;
-        }
+        decoder.push_all(&out[..starts[0]], |_, _| {})?;
         for (pair, times) in starts.windows(2).zip(&mut times) {
             let start = Instant::now();
-            while at < pair[1] {
-                at += decoder.push(&out[at..pair[1]])?.0;
-            }
+            decoder.push_all(&out[pair[0]..pair[1]], |_, _| {})?;
             times.push(start.elapsed().as_secs_f64());
             decoder.clear_dirty();
         }

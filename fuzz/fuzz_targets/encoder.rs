@@ -9,8 +9,7 @@ use arbitrary::{Result, Unstructured};
 use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use dapple_codec::probes::{self, Probe};
 use dapple_codec::{
-    Decoder, Encoder, EncoderConfig, Event, GroupStart, Limits, ModelKind, Track, TrackState,
-    Transform,
+    Decoder, Encoder, EncoderConfig, GroupStart, Limits, ModelKind, Track, TrackState, Transform,
 };
 use dapple_fuzz::{LIMITS, models, server};
 use libfuzzer_sys::fuzz_target;
@@ -102,14 +101,8 @@ impl Pair {
 
     /// The decoder reads what was written.
     fn read(&mut self) {
-        let mut rest = &self.out[..];
-        loop {
-            match self.decoder.push(rest) {
-                Ok((_, Event::NeedInput | Event::End)) => return,
-                Ok((consumed, _)) => rest = &rest[consumed..],
-                Err(error) => panic!("the decoder refuses: {error}"),
-            }
-        }
+        let read = self.decoder.push_all(&self.out, |_, _| {});
+        read.expect("the decoder takes what the encoder wrote");
     }
 
     fn group(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
