@@ -1,9 +1,11 @@
 //! The models, and what each is to a stream. A new model is one entry in each item of this file that
 //! names them.
 
+use crate::Result;
 use crate::codec::{self, Compression, Encoder, StateDigest};
+use crate::points::source as points;
+use crate::probes::source as probes;
 use crate::world::World;
-use crate::{Result, points, probes};
 use std::any::Any;
 use std::time::Duration;
 
@@ -25,8 +27,8 @@ impl Model {
 /// The options of a model.
 #[derive(Clone, Copy, Debug)]
 pub enum ModelOptions {
-    Points(points::server::Options),
-    Probes(probes::source::Request),
+    Points(points::Options),
+    Probes(probes::Request),
 }
 
 impl ModelOptions {
@@ -36,8 +38,8 @@ impl ModelOptions {
     /// `Invalid` for a scene without anything for the model, and for options that it cannot have.
     pub fn source(&self, world: &World, first_id: u32) -> Result<Box<dyn Source>> {
         Ok(match self {
-            ModelOptions::Points(o) => Box::new(points::source::Source::new(world, o, first_id)?),
-            ModelOptions::Probes(o) => Box::new(probes::source::Source::new(world, o, first_id)?),
+            ModelOptions::Points(o) => Box::new(points::Source::new(world, o, first_id)?),
+            ModelOptions::Probes(o) => Box::new(probes::Source::new(world, o, first_id)?),
         })
     }
 }
@@ -47,9 +49,9 @@ impl ModelOptions {
 #[cfg_attr(feature = "cli", derive(serde::Serialize))]
 pub struct Reports {
     #[cfg_attr(feature = "cli", serde(flatten))]
-    pub points: Option<points::source::Report>,
+    pub points: Option<points::Report>,
     #[cfg_attr(feature = "cli", serde(flatten))]
-    pub probes: Option<probes::source::Report>,
+    pub probes: Option<probes::Report>,
 }
 
 /// The work of a tick.
@@ -113,4 +115,15 @@ pub trait Source: Any {
 
     /// States its part of the statistics.
     fn report(&self, reports: &mut Reports);
+}
+
+#[cfg(all(test, feature = "cli"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_lists_every_model() {
+        let declared = <Model as clap::ValueEnum>::value_variants();
+        assert_eq!(Model::ALL, *declared);
+    }
 }

@@ -1,6 +1,6 @@
 //! The model `points` in a stream: what its server puts into the frames (PSAO §3.4).
 
-use super::server::{self, Options, Server, Track};
+use super::server::{self, Server, Track};
 use crate::codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use crate::codec::{
     self, Compression, Encoder, LookupSpace, Model, StateDigest, Target, Transform,
@@ -10,6 +10,8 @@ use crate::scene::{Pose, Scene};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::Affine3A;
+
+pub use super::server::Options;
 
 /// Statistics of the encoded points. Sums are over the frames after the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
