@@ -65,7 +65,7 @@ impl Progress {
 
     /// Prints a line on stderr, above the bar if there is one.
     pub fn line(&self, line: &str) {
-        self.0.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| eprintln!("{line}"));
     }
 
     /// Moves to `position`; may be called from any thread.
