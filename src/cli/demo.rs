@@ -141,12 +141,19 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         })
     };
     let ao = &evaluation.last_ao;
+    let [without, with] = [None, Some(&ao[..])].map(|ao| reference.frame.composite(ao));
     let images = vec![
+        save(
+            "without_and_with",
+            "Without ambient occlusion, and with that of the stream",
+            String::new(),
+            Picture::halves(&without, &with),
+        )?,
         save(
             "points",
             "points, as the client shows it",
             format!("PSNR {} dB", psnr_text(evaluation.picture.psnr)),
-            reference.frame.composite(Some(ao)),
+            with,
         )?,
         save(
             "rtao",
@@ -176,12 +183,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
                 FULL_SCALE,
             )?,
         )?,
-        save(
-            "no_ao",
-            "Without AO",
-            String::new(),
-            reference.frame.composite(None),
-        )?,
+        save("no_ao", "Without AO", String::new(), without)?,
     ];
 
     let page = page(

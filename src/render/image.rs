@@ -54,6 +54,26 @@ impl Picture {
         }
     }
 
+    /// The left half of one picture and the right half of another of the same size, with a white line
+    /// between them.
+    pub fn halves(left: &Picture, right: &Picture) -> Picture {
+        let middle = left.width / 2;
+        let pixel = |(i, (l, r)): (usize, (&[u8; 3], &[u8; 3]))| match (i as u32
+            % left.width.max(1))
+        .cmp(&middle)
+        {
+            std::cmp::Ordering::Less => *l,
+            std::cmp::Ordering::Equal => [255; 3],
+            std::cmp::Ordering::Greater => *r,
+        };
+        let pairs = left.rgb.iter().zip(&right.rgb);
+        Picture {
+            rgb: pairs.enumerate().map(pixel).collect(),
+            width: left.width,
+            height: left.height,
+        }
+    }
+
     /// Reads a PNG of at most [`MAX_SIDE`] pixels a side. 16-bit channels are rounded to 8, gray is
     /// spread over the three channels, and alpha is dropped (colours are taken as stored).
     ///
