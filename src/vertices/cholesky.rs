@@ -109,8 +109,10 @@ impl<F: Fn(usize) -> bool + Sync> Assembly<'_, F> {
         }
         self.add_matrix(n, &mut front);
         factor_front(&mut front, size, own)?;
-        let rest = (own..size).flat_map(|c| front[c * size + own..(c + 1) * size].iter().copied());
-        let rest = rest.collect();
+        let mut rest = Vec::with_capacity((size - own) * (size - own));
+        for column in front[own * size..].chunks_exact(size) {
+            rest.extend_from_slice(&column[own..]);
+        }
         front.truncate(size * own);
         front.shrink_to_fit();
         *last = front;
@@ -171,8 +173,8 @@ fn factor_front(front: &mut [f64], size: usize, own: usize) -> Option<()> {
         while j + 4 <= earlier {
             let [a, b, d, e] = [0, 1, 2, 3].map(|k| &done[(j + k) * size + c..][..size - c]);
             let [fa, fb, fd, fe] = [a[0], b[0], d[0], e[0]];
-            for (i, x) in column.iter_mut().enumerate() {
-                *x -= fa * a[i] + fb * b[i] + fd * d[i] + fe * e[i];
+            for ((((x, a), b), d), e) in column.iter_mut().zip(a).zip(b).zip(d).zip(e) {
+                *x -= fa * a + fb * b + fd * d + fe * e;
             }
             j += 4;
         }
