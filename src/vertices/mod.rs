@@ -14,6 +14,8 @@
 //!
 //! Each instance is fitted on its own and by itself has the values that its vertices need, in the
 //! order of its mesh. The result does not depend on the number of threads.
+//!
+//! What was measured, and where this differs from the papers, is in `docs/vertices.md`.
 
 pub mod baseline;
 pub mod bounded;
