@@ -66,14 +66,14 @@ class Decoder:
         self.buffer = bytearray()  # what came and was not taken in yet
         self.offset = 0  # of the first byte of the buffer in the stream
         self.preamble_done = False
-        self.header: Header | None = None  # of the record whose payload is due
+        self.header: Header | None = None  # of the record whose payload follows
         self.to_skip = 0  # bytes left of a payload that is passed over
         self.ended = False
-        self.due = 0  # the sequence due
+        self.expected = 0  # the expected sequence
         self.headers_digest = Xxh64()  # of the preamble and the headers so far (section 6.7)
         self.fault: Fault | None = None  # at which the decoder stopped
         self.header_at_fault: tuple[Header, bytes] | None = None  # if it was one of a header
-        self.searching = False
+        self.resynchronising = False
         self.resumed = False  # ever: then records may be lost
 
     # ---- input ----
@@ -173,7 +173,7 @@ class Decoder:
         return True
 
     def enter(self, header: Header, raw: bytes) -> None:
-        """Check a header; then its payload is due, or is passed over."""
+        """Check a header; then its payload follows, or is skipped."""
         taken_in = self.check_header(header, raw)
         if header.type != END and not self.resumed:
             self.headers_digest.update(raw)
@@ -199,10 +199,10 @@ class Decoder:
         if (header.type == STREAM) == self.session.has_stream:  # [C-016]
             raise Fault(4007)
         if not header.defined:  # [C-017]
-            if not self.searching:
+            if not self.resynchronising:
                 self.observer.skipped(header.type, header.sequence)
             return False
-        if self.searching and header.type in (TRANSFORMS, COMMIT, *MODEL_RECORDS):  # [C-117]
+        if self.resynchronising and header.type in (TRANSFORMS, COMMIT, *MODEL_RECORDS):  # [C-117]
             return False
         if header.stored_length > self.limits.stored_bytes:  # [C-018]
             raise Fault(1012)
@@ -215,15 +215,15 @@ class Decoder:
         return True
 
     def check_sequence(self, sequence: int) -> None:
-        if sequence == self.due or (self.searching and sequence > self.due):
+        if sequence == self.expected or (self.resynchronising and sequence > self.expected):
             return
-        if sequence == self.due - 1:
+        if sequence == self.expected - 1:
             raise Fault(1007)
-        raise Fault(1008 if sequence > self.due else 1009)
+        raise Fault(1008 if sequence > self.expected else 1009)
 
     def count(self, header: Header) -> None:
-        """The record has come: the next sequence is due (section 2)."""
-        self.due = min(header.sequence + 1, LAST_SEQUENCE)
+        """The record has come: the next sequence is expected (section 2)."""
+        self.expected = min(header.sequence + 1, LAST_SEQUENCE)
 
     # ---- Payload ----
 
@@ -233,20 +233,20 @@ class Decoder:
         start = self.offset
         stored = self.take(header.stored_length)
         self.header = None
-        searched = self.searching
+        resynchronised = self.resynchronising
         try:
             self.take_payload(header, stored)
         except Fault as fault:
             if header.type != END:  # [C-116], [C-118]: an end with a fault does not count
                 self.count(header)
-            if searched:
+            if resynchronised:
                 return True  # [C-118]: not reported
             self.header_at_fault = None
             fault.offset = start
             raise
         self.count(header)
         if header.type == GROUP:  # [C-119]
-            self.searching = False
+            self.resynchronising = False
         return True
 
     def take_payload(self, header: Header, stored: bytes) -> None:
@@ -280,7 +280,7 @@ class Decoder:
     # ---- 8.4 Resume ----
 
     def resume(self) -> bool:
-        """Go on after an error, in a search for a group; says whether that can be.
+        """Go on after an error, by resynchronisation at a group; says whether that can be.
 
         Without an error it is without effect. Then call `push`, with more bytes or none,
         for what is kept.
@@ -290,7 +290,7 @@ class Decoder:
         if self.fault.number in range(1001, 1007) or self.fault.number == 1020:  # [C-115]
             return False
         self.fault = None
-        self.searching = True
+        self.resynchronising = True
         self.resumed = True
         if self.header_at_fault is not None:
             header, raw = self.header_at_fault
@@ -298,6 +298,6 @@ class Decoder:
             try:
                 self.enter(header, raw)
             except Fault:
-                # [C-116]: passed over without another report; the sequence due stays.
+                # [C-116]: skipped without another report; the expected sequence stays.
                 self.to_skip = header.stored_length
         return True

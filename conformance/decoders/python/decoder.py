@@ -213,7 +213,7 @@ def integers(words: list[str], count: int) -> list[int]:
     except ValueError:
         raise UsageError("a query has a word that is no integer") from None
     if len(numbers) != count:
-        raise UsageError(f"a query has {len(numbers)} integers where {count} are due")
+        raise UsageError(f"a query has {len(numbers)} integers where {count} are expected")
     return numbers
 
 

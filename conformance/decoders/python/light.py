@@ -6,7 +6,7 @@ from probes import Content, all_values, units_from_f16
 from sampling import Vector, as_float, dot, normalised
 from tracks import Volume
 
-INTERPOLATIONS = TRILINEAR, RESISTANT = "trilinear", "visibility-weighted"
+INTERPOLATIONS = TRILINEAR, VISIBILITY_WEIGHTED = "trilinear", "visibility-weighted"
 
 WRAP = 0.2
 NORMAL_BIAS = 0.045
@@ -47,7 +47,7 @@ assert len(LOBES) == 64
 
 
 class Light:
-    """The probes of a track, ready to be asked."""
+    """The probes of a track, ready for queries."""
 
     def __init__(self, track: Volume, content: Content) -> None:
         self.track = track

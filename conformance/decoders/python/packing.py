@@ -105,7 +105,7 @@ def unpack_zstd(frame: bytes, unpacked_length: int, limits: Limits) -> bytes:
     check_zstd_blocks(frame, blocks_at, window)
     try:
         decompressor = zstandard.ZstdDecompressor(max_window_size=ZSTD_LIBRARY_WINDOW)
-        # One byte more than is due, so that too long a frame shows, and no more.
+        # One byte more than is expected, so that too long a frame shows, and no more.
         out = decompressor.stream_reader(frame).read(unpacked_length + 1)
     except zstandard.ZstdError:
         raise Fault(1016) from None

@@ -114,10 +114,10 @@ def read_sections(
 def from_gaps(gaps: tuple[int, ...]) -> list[int]:
     """[P-006]: the ascending indices that gaps stand for."""
     indices = []
-    due = 0
+    next_index = 0
     for gap in gaps:
-        indices.append(due + gap)
-        due += gap + 1
+        indices.append(next_index + gap)
+        next_index += gap + 1
     return indices
 
 

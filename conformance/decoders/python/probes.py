@@ -296,11 +296,11 @@ class Decoding:
         any_residual = 0
         for g in range(2 * level):
             group = GROUPS[g]
-            fresh = int(g >= 2 * base.level)
+            intra = int(g >= 2 * base.level)
             for i in group:
-                codes[i] = self.predict(i, g // 2, neighbours) if fresh else base.codes[i]
+                codes[i] = self.predict(i, g // 2, neighbours) if intra else base.codes[i]
             c = sum(any(r[i] for i in group) for r in near)
-            any_residual = bit(ANY(fresh, g, c, any_residual))
+            any_residual = bit(ANY(intra, g, c, any_residual))
             if not any_residual:
                 continue
             for i in group:
@@ -308,9 +308,9 @@ class Decoding:
                 if i == group[-1] and not any(residuals[j] for j in group):
                     some = 1  # there is one, and this is the last chance
                 else:
-                    some = bit(SOME(fresh, g, c))
+                    some = bit(SOME(intra, g, c))
                 if some:
-                    residuals[i] = self.decode_residual(fresh, g, [r[i] for r in near])
+                    residuals[i] = self.decode_residual(intra, g, [r[i] for r in near])
                     codes[i] += residuals[i]
                     self.check_code(i, g, codes[i])
         return Probe(level, tuple(codes)), tuple(residuals)
@@ -327,22 +327,22 @@ class Decoding:
         return others[2]
 
     def predict(self, i: int, degree: int, neighbours: list[int]) -> int:
-        """[B-041]: a code of a fresh group."""
+        """[B-041]: a code of an intra group."""
         codes = [self.after[q].codes[i] for q in neighbours if self.after[q].level > degree]
         return sum(codes) // len(codes) if codes else 0  # // is the floor
 
-    def decode_residual(self, fresh: int, g: int, near: list[int]) -> int:
+    def decode_residual(self, intra: int, g: int, near: list[int]) -> int:
         """One that is not 0; `near` are the neighbours' residuals of the same code."""
         bit = self.bits.bit
         s = sum(r > 0 for r in near) - sum(r < 0 for r in near)
-        a = bit(AGAINST(fresh, g % 2, min(abs(s), 2)))
+        a = bit(AGAINST(intra, g % 2, min(abs(s), 2)))
         negative = (a == 1) != (s < 0)
         e = 0
-        while e < 15 and bit(LONGER(fresh, g, min(e, 5))):
+        while e < 15 and bit(LONGER(intra, g, min(e, 5))):
             e += 1
         m = 1
         for k in range(e):
-            m = 2 * m + (bit(SECOND(fresh, g)) if k == 0 else self.bits.even())
+            m = 2 * m + (bit(SECOND(intra, g)) if k == 0 else self.bits.even())
         return -m if negative else m
 
     def check_code(self, i: int, g: int, code: int) -> None:
@@ -440,13 +440,13 @@ def all_values(track: Volume, content: Content) -> list[tuple[int, ...]]:
 
     latest = sorted(content.probes)  # the probes of distance d - 1
     for _ in range(REACH):  # [B-060], one distance after the other
-        due: dict[int, list[int]] = {}  # the probes of distance d, with those that they are near to
+        filled: dict[int, list[int]] = {}  # the probes of distance d, with those that they are near to
         for index in latest:
             for neighbour in all_neighbours(track, index):
                 if values[neighbour] is None:
-                    due.setdefault(neighbour, []).append(index)
-        for index, near in due.items():
+                    filled.setdefault(neighbour, []).append(index)
+        for index, near in filled.items():
             columns = zip(*([units_from_f16(bits) for bits in values[q]] for q in near))
             values[index] = tuple(f16_from_units(sum(column) // len(near)) for column in columns)
-        latest = list(due)
+        latest = list(filled)
     return [NO_CODES if value is None else value for value in values]

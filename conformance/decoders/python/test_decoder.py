@@ -104,7 +104,7 @@ def test_cut() -> None:
 def test_flips() -> None:
     """Any damaged bit is an error, and the same one however the stream is cut.
 
-    But in the payload of the record that is skipped, which nothing is held to [C-017].
+    But in the payload of the record that is skipped, which nothing is checked in [C-017].
     """
     stream, dump = example()
     for at in range(len(stream)):
@@ -175,7 +175,7 @@ def test_sessions() -> None:
     stream, dump = example()
     assert run(script(stream, "finish"), "--session") == (0, dump + b"finished\n")
     parts = records(stream)
-    # The first commit is lost: the delta's header is a gap; the search ends at the
+    # The first commit is lost: the delta's header is a gap; the resynchronisation ends at the
     # group from keyframes, of which there is none but the lost one; `end` ends it.
     lost = b"".join(parts[:6] + parts[7:])
     status, output = run(script(lost, "resume", "finish"), "--session")
@@ -270,8 +270,8 @@ def test_sampling() -> None:
     """The fragments worked out in points.md, section 8; then one near a point of AO 203."""
     stream, _ = example()
     half = stream[:1288]
-    asked = b"1 58880 2048 60416 0 1 0\n1 50688 8192 53760 0 1 0\n"
-    status, output = run(len(half).to_bytes(4, "little") + half + asked, "--queries --live")
+    queries = b"1 58880 2048 60416 0 1 0\n1 50688 8192 53760 0 1 0\n"
+    status, output = run(len(half).to_bytes(4, "little") + half + queries, "--queries --live")
     worked_out, above = [float(line) for line in output.split()]
     assert status == 0 and abs(worked_out - 0.481541) < 1e-6 and above == 1.0, output
     head = len(stream).to_bytes(4, "little") + stream
@@ -610,12 +610,12 @@ def test_questions() -> None:
     """The questions of examples-probes.md, of both interpolations, at the end of its stream."""
     stream, questions = worked("examples-probes.md", "queries")
     assert run(stream) == (0, worked("examples-probes.md", "dump")[1])
-    asked, answers = zip(*(line.split(" ; ") for line in questions.decode().splitlines()))
-    assert len(asked) == 4
-    data = len(stream).to_bytes(4, "little") + stream + "".join(line + "\n" for line in asked).encode()
+    queries, answers = zip(*(line.split(" ; ") for line in questions.decode().splitlines()))
+    assert len(queries) == 4
+    data = len(stream).to_bytes(4, "little") + stream + "".join(line + "\n" for line in queries).encode()
     status, output = run(data, "--queries")
     lines = output.decode().splitlines()
-    assert status == 0 and len(lines) == len(asked)
+    assert status == 0 and len(lines) == len(queries)
     for line, wanted in zip(lines, answers):
         for ours, theirs in zip(line.split(), wanted.split(), strict=True):
             assert abs(float(ours) - float(theirs)) <= 0.00005001, (line, wanted)
