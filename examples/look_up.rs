@@ -28,41 +28,49 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: look_up STREAM NODE X,Y,Z NX,NY,NZ".into());
     };
     let (x, n) = (vector(position)?, vector(normal)?.normalize());
-    decode_all(&std::fs::read(stream)?, Limits::default(), |decoder, event| {
-        let Event::Frame(frame) = event else { return };
-        let points = decoder.points();
-        for state in decoder.tracks() {
-            let track = &state.track;
-            match &track.model {
-                Model::Points(_) if track.target.path == *node => {
-                    // A fragment of a mesh looks up the track of its node. A skinned mesh in rest space
-                    // passes its rest position and rest normal.
-                    let space = match track.space {
-                        LookupSpace::Mesh => "as posed",
-                        LookupSpace::Rest => "in its rest pose",
-                    };
-                    let Some(place) = points.place_of(state) else { continue };
-                    let transform = GridTransform::new(&place.grid);
-                    let found = sample(
-                        &place.grid,
-                        points.buckets_of(state),
-                        points.cells_of(state),
-                        transform.position(x),
-                        transform.normal(n),
-                        Fallback::Fill,
-                    );
-                    println!("frame {}: AO {:.3}, mesh {space}", frame.number, found.ao);
+    decode_all(
+        &std::fs::read(stream)?,
+        Limits::default(),
+        |decoder, event| {
+            let Event::Frame(frame) = event else { return };
+            let points = decoder.points();
+            for state in decoder.tracks() {
+                let track = &state.track;
+                match &track.model {
+                    Model::Points(_) if track.target.path == *node => {
+                        // A fragment of a mesh looks up the track of its node. A skinned mesh in rest space
+                        // passes its rest position and rest normal.
+                        let space = match track.space {
+                            LookupSpace::Mesh => "as posed",
+                            LookupSpace::Rest => "in its rest pose",
+                        };
+                        let Some(place) = points.place_of(state) else {
+                            continue;
+                        };
+                        let transform = GridTransform::new(&place.grid);
+                        let found = sample(
+                            &place.grid,
+                            points.buckets_of(state),
+                            points.cells_of(state),
+                            transform.position(x),
+                            transform.normal(n),
+                            Fallback::Fill,
+                        );
+                        println!("frame {}: AO {:.3}, mesh {space}", frame.number, found.ao);
+                    }
+                    Model::Probes(_) => {
+                        let Some(volume) = ProbesVolume::new(decoder, state) else {
+                            continue;
+                        };
+                        let at = volume.grid_from_world.transform_point3(x);
+                        let radiance = visibility_weighted(&volume.field(), at, n, n);
+                        let light = incoming_light(&radiance, n, n, 1.0);
+                        println!("frame {}: irradiance {:.3}", frame.number, light.irradiance);
+                    }
+                    Model::Points(_) => {}
                 }
-                Model::Probes(_) => {
-                    let Some(volume) = ProbesVolume::new(decoder, state) else { continue };
-                    let at = volume.grid_from_world.transform_point3(x);
-                    let radiance = visibility_weighted(&volume.field(), at, n, n);
-                    let light = incoming_light(&radiance, n, n, 1.0);
-                    println!("frame {}: irradiance {:.3}", frame.number, light.irradiance);
-                }
-                Model::Points(_) => {}
             }
-        }
-    })?;
+        },
+    )?;
     Ok(())
 }
