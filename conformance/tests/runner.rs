@@ -352,7 +352,7 @@ fn wrong_answers_fail_where_they_are_wrong() {
 }
 
 #[test]
-fn prefixes_and_flips_are_held_to_their_verdicts() {
+fn prefixes_and_flips_are_compared_with_the_reference() {
     let vectors = vectors();
     let whole = &vectors[4..];
     let report = |fault: &str, options: &Options| {
@@ -739,7 +739,7 @@ fn a_query_of_light_is_eleven_numbers_and_a_word() {
 }
 
 #[test]
-fn queries_are_held_to_their_intervals() {
+fn query_answers_outside_their_intervals_fail() {
     let vectors = vectors();
     for (ao, expected) in [
         (0.25, Verdict::Passed),
@@ -777,7 +777,7 @@ fn a_panic_is_a_failure_of_its_vector() {
 }
 
 #[test]
-fn the_skip_file_is_held_to_what_it_says() {
+fn skip_file_entries_that_pass_or_do_not_exist_are_errors() {
     let text = "# why\n\ncontainer/valid/whole  no frames yet\n";
     let skipping = Options {
         skips: skips(text).expect("skips"),
