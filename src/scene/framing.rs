@@ -4,7 +4,7 @@
 //! middle fails for walls that have two sides. So the nearest surface along the six axes is found
 //! for a grid of points: a point with front faces in at least five of them is inside a room, one
 //! side of which may be open; a point inside a solid has back faces, and one in the open has nothing
-//! in most directions. A scene that is mostly open is an object, whatever hollow parts it has.
+//! in most directions. A scene that is mostly open and has no hollow part of a room's size is an object.
 
 use super::camera::{DEFAULT_YFOV, look_at};
 use super::{CameraPose, Pose, Scene};
@@ -16,12 +16,16 @@ const GRID: [usize; 3] = [7, 3, 7];
 const ENCLOSED: usize = 5;
 /// Axes of six without a surface from which a point is in the open.
 const OPEN: usize = 3;
+/// Metres of free view that a hollow part has at least to be a room, in a scene that is mostly open.
+const ROOM: f32 = 1.5;
 /// Share of the points inside rooms that have the same side open from which the view goes through it.
 const OPEN_SIDE: f32 = 0.5;
 /// A view is worth no more than this many times the width of the place.
 const LONGEST_VIEW: f32 = 4.0;
 /// In a scene of [`Scene::length_scale`] 1.
 const EYE_HEIGHT: f32 = 1.6;
+/// Factor on the distance from which all of an object is just seen.
+const MARGIN: f32 = 1.05;
 /// Width over height that a picture is taken to have at least.
 const WIDE: f32 = 1.5;
 
@@ -55,32 +59,22 @@ impl Scene {
         let in_the_open = samples.iter().filter(|s| s.is_in_the_open()).count();
         let middle = (min + max) * 0.5;
         let half = (max - min) * 0.5;
-        let direction = if rooms.len() < in_the_open {
-            None
-        } else if let Some(side) = open_side(&rooms) {
-            Some(side)
-        } else if let Some((eye, target)) = room_view(&rooms, self.length_scale()) {
+        let object = rooms.len() < in_the_open;
+        let (direction, distance) = if let Some(side) = open_side(&rooms).filter(|_| !object) {
+            // The open side fills the height of the picture, or its width where it is wide.
+            let across = side.abs().cross(Vec3::Y);
+            let size = half.y.max(half.dot(across.abs()) / WIDE);
+            let tangent = (DEFAULT_YFOV * 0.5).tan();
+            (side, half.dot(side.abs()) + size / tangent)
+        } else if let Some((eye, target)) = room_view(&rooms, self.length_scale())
+            .filter(|(eye, target)| !object || eye.distance(*target) >= ROOM)
+        {
             let mut camera = look_at(eye, target, DEFAULT_YFOV * 1.25);
             camera.znear = (eye.distance(target) * 1e-2).min(self.near_plane());
             return camera;
         } else {
-            None
-        };
-        let tangent = (DEFAULT_YFOV * 0.5).tan();
-        let (direction, distance) = match direction {
-            Some(side) => {
-                // The open side fills the height of the picture, or its width where it is wide.
-                let across = side.abs().cross(Vec3::Y);
-                let size = half.y.max(half.dot(across.abs()) / WIDE);
-                (side, half.dot(side.abs()) + size / tangent)
-            }
-            None => {
-                let radius = half.length().max(f32::MIN_POSITIVE);
-                (
-                    Vec3::new(0.6, 0.45, 0.75).normalize(),
-                    radius / (DEFAULT_YFOV * 0.5).sin(),
-                )
-            }
+            let direction = Vec3::new(0.6, 0.45, 0.75).normalize();
+            (direction, whole_view(half, direction))
         };
         let mut camera = look_at(middle + direction * distance, middle, DEFAULT_YFOV);
         camera.znear = (distance * 1e-3).min(self.near_plane());
@@ -155,6 +149,23 @@ impl Scene {
         });
         samples
     }
+}
+
+/// The distance from the middle of a box, of half the size `half`, from which a camera that looks at
+/// the middle against `direction` sees all of it.
+fn whole_view(half: Vec3, direction: Vec3) -> f32 {
+    let right = Vec3::Y.cross(direction).normalize();
+    let up = direction.cross(right);
+    let tangent = (DEFAULT_YFOV * 0.5).tan();
+    let corners = (0..8).map(|i| {
+        let sign = |bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        half * Vec3::new(sign(0), sign(1), sign(2))
+    });
+    let needed = corners.map(|corner| {
+        let across = corner.dot(up).abs().max(corner.dot(right).abs() / WIDE);
+        corner.dot(direction) + across / tangent
+    });
+    MARGIN * needed.fold(f32::MIN_POSITIVE, f32::max)
 }
 
 impl Sample {
@@ -294,7 +305,8 @@ mod tests {
 
     #[test]
     fn object_with_a_hollow_stand_is_seen_from_outside() {
-        // The stand is a room of a tenth of the object's height; a pole carries the rest.
+        // The stand is hollow, with walls to its inside, a tenth of the object's height; a pole stands
+        // on it.
         let mut scene = container(true);
         let mesh = &mut scene.meshes[0];
         let base = mesh.positions.len() as u32;
@@ -306,7 +318,9 @@ mod tests {
         mesh.normals.extend([Vec3::Z; 3]);
         mesh.triangles.push([base, base + 1, base + 2]);
         mesh.materials.push(0);
+        // Of a size of 0.6 m.
+        mesh.positions.iter_mut().for_each(|p| *p *= 0.02);
         let eye = scene.framing_camera(&scene.rest_pose()).eye();
-        assert!(eye.x > 4.0 && eye.z > 8.0, "{eye}");
+        assert!(eye.x > 0.08 && eye.z > 0.16, "{eye}");
     }
 }
