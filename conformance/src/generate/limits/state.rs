@@ -341,4 +341,25 @@ pub fn state_claims(drafts: &mut Vec<Draft>) {
         1 << 50,
         &[entry(3, 1, u32::MAX - 1)],
     );
+    // Track 1, of 5 buckets and 6 cells, has been removed; without it the sums would be 2^32 - 1.
+    for (name, comment, further) in [
+        (
+            "state-buckets-beyond-32-bits-with-removed",
+            "The number of buckets is beyond 32 bits with those of a track whose removal waits.",
+            entry(3, u32::MAX - 5, 1),
+        ),
+        (
+            "state-cells-beyond-32-bits-with-removed",
+            "The number of cells is beyond 32 bits with those of a track whose removal waits.",
+            entry(3, 1, u32::MAX - 6),
+        ),
+    ] {
+        let plan = Plan::usual().insert(at::THIRD_COMMIT, kind::TRACK, tracks(&[further]));
+        let (offset, bytes) = payload_of(plan, at::THIRD_COMMIT);
+        let clauses = &["C-076", "C-081"];
+        drafts.push(
+            Draft::invalid(AREA, (2018, name), offset, clauses, comment, bytes)
+                .limit("state_bytes", 1 << 50),
+        );
+    }
 }

@@ -38,6 +38,13 @@ pub fn lz4_blocks(drafts: &mut Vec<Draft>) {
         "An lz4 block of literals alone, larger than what it holds.",
         first_stored(LZ4, 8, &sequence(&rate(), 0, 0)),
     );
+    let mut only = sequence(&rate(), 0, 0);
+    only[0] |= 15;
+    good(
+        "lz4-low-bits-of-only-token",
+        "The only token, of literals, has its low four bits set: they are ignored.",
+        first_stored(LZ4, 8, &only),
+    );
     // Paths of 400 bytes that repeat: head, match, last literals.
     for (name, period, comment) in [
         (
@@ -125,6 +132,15 @@ pub fn lz4_blocks(drafts: &mut Vec<Draft>) {
     good(
         "lz4-two-sequences",
         "Literals, a match, literals.",
+        track_stored(LZ4, payload.len(), &block),
+    );
+    let mut last = sequence(&payload[second..], 0, 0);
+    last[0] |= 15;
+    block.truncate(block.len() - last.len());
+    block.extend(last);
+    good(
+        "lz4-low-bits-of-last-token",
+        "The last token, after a match, has its low four bits set: they are ignored.",
         track_stored(LZ4, payload.len(), &block),
     );
 }

@@ -153,6 +153,17 @@ pub fn zstd_content(drafts: &mut Vec<Draft>) {
         "A compressed block of raw literals.",
         compressed(true, &[&[8 << 3][..], &rate, &[0]].concat()),
     );
+    // The C library refused the first of these up to 1.5.5, the second up to 1.5.2.
+    good(
+        "zstd-no-sequences-in-two-bytes",
+        "A compressed block of raw literals, whose number of sequences is 0 in two bytes.",
+        compressed(true, &[&[8 << 3][..], &rate, &[0x80, 0]].concat()),
+    );
+    good(
+        "zstd-compressed-without-content",
+        "A compressed block without literals and sequences, before a raw one.",
+        [compressed(false, &[0, 0]), raw(true, &rate)].concat(),
+    );
     good(
         "zstd-rle-literals",
         "A compressed block of RLE literals.",
@@ -525,6 +536,16 @@ pub fn zstd_content_faults(drafts: &mut Vec<Draft>) {
         "zstd-sequences-missing",
         "A compressed block lacks its number of sequences.",
         compressed(true, &[&[8 << 3][..], &rate].concat()),
+    );
+    bad(
+        "zstd-byte-after-no-sequences",
+        "A byte follows the number of sequences of a compressed block, which is 0.",
+        compressed(true, &[&[8 << 3][..], &rate, &[0, 0]].concat()),
+    );
+    bad(
+        "zstd-byte-after-no-sequences-in-two-bytes",
+        "A byte follows the number of sequences, which is 0 in two bytes.",
+        compressed(true, &[&[8 << 3][..], &rate, &[0x80, 0, 0]].concat()),
     );
     bad(
         "zstd-offset-before-start",

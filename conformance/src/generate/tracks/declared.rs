@@ -230,6 +230,17 @@ pub fn redeclared(drafts: &mut Vec<Draft>) {
             )),
         ),
         valid(
+            "again-with-other-zero-in-grid",
+            &["C-075", "C-078"],
+            "A live track is declared again with -0 for each 0 of grid_from_mesh, which are the same numbers.",
+            &next(one().then(
+                kind::TRACK,
+                tracks(&[first.clone().with_grid(|grid| {
+                    grid.grid_from_mesh = grid.grid_from_mesh.map(minus_zero);
+                })]),
+            )),
+        ),
+        valid(
             "again-below-others",
             &["C-074", "C-075"],
             "A live track is declared again after one with a higher id.",
@@ -250,4 +261,9 @@ pub fn redeclared(drafts: &mut Vec<Draft>) {
             ),
         ),
     ]);
+}
+
+/// -0 for a 0, and any other number as it is.
+fn minus_zero(number: f32) -> f32 {
+    if number == 0.0 { -0.0 } else { number }
 }

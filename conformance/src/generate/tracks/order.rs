@@ -5,7 +5,7 @@ use crate::generate::Draft;
 use crate::generate::plan::{Plan, at, payload, refused, two_tracks};
 use crate::models::entry::{Entry, tracks};
 use crate::models::points::writer::Grid;
-use crate::stream_builder::kind;
+use crate::stream_builder::{kind, words};
 
 type Change = fn(&mut Entry);
 
@@ -122,6 +122,24 @@ pub fn order(drafts: &mut Vec<Draft>) {
         "Widths of 31 bits, and no bucket.",
         |e| (e.grid_mut().widths[2], e.grid_mut().buckets) = (7, 0),
     );
+    // An entry of 36 bytes ends after the first f32 of its bounds.
+    let short = {
+        let mut short = Entry {
+            size: Some(36),
+            aabb: [f32::INFINITY; 6],
+            ..Entry::new(1)
+        }
+        .bytes();
+        short.truncate(36);
+        short
+    };
+    drafts.push(payload(
+        (2009, "bounds-before-size"),
+        &["C-042", "C-040", "C-112"],
+        at::TRACK,
+        "An entry ends after the first f32 of its bounds, which is infinite: each f32 is a field of its own.",
+        |p| *p = [&words(&[1, 0])[..], &short].concat(),
+    ));
     let [first, second] = two_tracks();
     let mut pair = |id, name: &str, comment, change: &dyn Fn(&mut Entry, &mut Entry)| {
         let (mut a, mut b) = (first.clone(), second.clone());

@@ -549,6 +549,22 @@ fn again(drafts: &mut Vec<Draft>) {
         .commit();
     let comment = "A live volume is declared again, and keeps its probes.";
     drafts.push(valid("volume-declared-again", &["C-075"], comment, same));
+    let mut zeros = volume.clone();
+    zeros.grid_from_mesh[1] = -0.0;
+    zeros.grid_from_mesh[11] = -0.0;
+    let mut other = entry.clone();
+    other.aabb[2] = -0.0;
+    other.parameters = Parameters::Probes(zeros);
+    let other = frames.clone().declare(&[other]).commit();
+    let comment =
+        "A live volume is declared again with -0 for 0 in grid_from_mesh and in its AABB.";
+    let clauses = &["C-075", "C-078"];
+    drafts.push(valid(
+        "volume-again-with-other-zero",
+        clauses,
+        comment,
+        other,
+    ));
     let changes: &[Fault] = &[
         ("dims", "dims", |_, v| v.dims = [2, 3, 2]),
         ("spacing", "spacing", |_, v| v.spacing[1] = 0.875),
