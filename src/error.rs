@@ -6,7 +6,7 @@ use std::path::PathBuf;
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// An error of the reference system. `Display` gives one sentence that names the thing, the place
-/// and, where there is one, the mend.
+/// and, where there is one, the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

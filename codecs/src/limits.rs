@@ -9,7 +9,7 @@ pub(crate) const TRACK_BYTES: u64 = 2048;
 /// Dirty ranges, and lists of free places for no tracks.
 const LIST_BYTES: u64 = 64 << 10;
 
-/// Upper bounds that every claim of a stream is held against before memory is reserved for it.
+/// Upper bounds that every length in a stream is compared with before memory is reserved for it.
 ///
 /// Together they bound a decoder's memory: [`Limits::heap_bytes`]. Each buffer grows to what was
 /// needed and is kept.

@@ -241,7 +241,7 @@ fn allocations() {
         assert_eq!(push(decoder, &frame), Ok(()))
     });
 
-    // As many tracks as there may be, each with the longest path, declared one by one, moved, filled
+    // As many tracks as the limit allows, each with the longest path, declared one by one, moved, filled
     // and removed; every second one first, so that the places left free do not touch.
     let limits = Limits {
         tracks: 1000,
@@ -437,7 +437,7 @@ fn allocations() {
     }
 
     // Volumes up to the limit of state, beside points, and again after a reset; then as many small
-    // ones as there may be, that come and go.
+    // ones as the limit allows, that come and go.
     let limits = Limits {
         state_bytes: 8 << 20,
         ..SMALL

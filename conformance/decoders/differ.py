@@ -1,11 +1,11 @@
-"""Holds two decoders against each other over streams with mended faults.
+"""Holds two decoders against each other over streams with faults and recomputed checksums.
 
     differ.py --vectors FOLDER [--cases N] [--seed S] [--keep FOLDER] DECODER DECODER
 
 DECODER is a command that speaks the protocol of the conformance suite; `--batch` is
 appended to it. Each case takes a stream of the vectors, puts one to three faults into
 it (a bit, a byte, a word, a field of a header, a packed payload, a record lost, twice,
-out of place or of another stream), mends checksums, sequences and totals so that the fault is met where
+out of place or of another stream), recomputes checksums, sequences and totals so that the fault is met where
 it lies and not before, and asks both decoders, as a stream or as a session that resumes.
 Status and output, with id and offset of an error, must be the same. Exit code 1 where
 the decoders differ. The same arguments give the same cases, given the same libraries of
@@ -44,12 +44,12 @@ class Record:
         (self.type, self.version, self.packing, self.reserved, self.sequence, self.stored,
          self.unpacked, self.crc) = struct.unpack("<HBBIQIII", header[:28])
         self.payload = payload
-        self.mend_header = True
+        self.recompute_header = True
 
     def copy(self) -> "Record":
         return Record(self.to_bytes()[:HEADER], self.payload)
 
-    def mend_payload(self) -> None:
+    def recompute_payload(self) -> None:
         """The lengths and the checksum of what the payload is now."""
         if self.packing == 0:
             self.unpacked = len(self.payload)
@@ -150,11 +150,11 @@ def fault(rng: random.Random, records: list[Record], others: list[Record]) -> st
         if rng.random() < 0.3 and record.packing == 0:
             pack(rng, record)
         record.payload = damage(rng, record.payload)
-        record.mend_payload()
+        record.recompute_payload()
         return f"payload {record.packing}"
     if how == 10 and record.packing == 0:
         pack(rng, record)
-        record.mend_payload()
+        record.recompute_payload()
         return f"packed {record.packing}"
     if how == 11:
         record.type = rng.choice(TYPES)
@@ -183,7 +183,7 @@ def fault(rng: random.Random, records: list[Record], others: list[Record]) -> st
         return "twice"
     if how == 17:
         record.payload = b""
-        record.mend_payload()
+        record.recompute_payload()
         return "empty"
     if how <= 19:
         at = rng.randrange(len(records) + 1)
@@ -202,13 +202,13 @@ def renumber(records: list[Record]) -> None:
         records[sequence].sequence = sequence
 
 
-def written(rng: random.Random, preamble: bytes, records: list[Record], mend_end: bool) -> bytes:
-    """The stream; where there is an `end`, its totals are mended."""
+def written(rng: random.Random, preamble: bytes, records: list[Record], recompute_end: bool) -> bytes:
+    """The stream; where there is an `end`, its totals are recomputed."""
     out = bytearray(preamble)
     digest = Xxh64()
     digest.update(preamble)
     for at, record in enumerate(records):
-        if record.type == END and record.packing == 0 and len(record.payload) == 16 and mend_end:
+        if record.type == END and record.packing == 0 and len(record.payload) == 16 and recompute_end:
             record = record.copy()
             record.payload = struct.pack("<QQ", at, digest.value())
             record.crc = crc32c(record.payload)

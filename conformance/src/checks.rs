@@ -17,7 +17,7 @@ pub struct Failure {
     pub check: String,
     /// What should have come of it.
     pub expected: String,
-    /// What came of it.
+    /// Its result.
     pub got: String,
 }
 

@@ -140,7 +140,7 @@ pub struct EncodeArgs {
     pub space: Space,
     /// Leave out points whose AO is below so many steps of 1/255 for as long as it is, and those that
     /// close surfaces hide; 0 keeps all, as in the paper.
-    #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, alias = "bury-below", help_heading = POINTS)]
+    #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, help_heading = POINTS)]
     pub min_ao: u8,
     /// What to do with points beyond the seven of a grid cell.
     #[arg(long, default_value = "chain", help_heading = POINTS)]

@@ -108,7 +108,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         create(&args.html)?,
     ];
     // The clauses first: they may be wrong, and a run takes its time.
-    match clauses(args).and_then(|clauses| Ok((held(args)?, clauses))) {
+    match clauses(args).and_then(|clauses| Ok((verdicts(args)?, clauses))) {
         Ok((report, clauses)) => {
             output::print(&report::text(&report))?;
             write_reports(reports, &report, &clauses)?;
@@ -124,7 +124,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-fn held(args: &Args) -> std::result::Result<Report, String> {
+fn verdicts(args: &Args) -> std::result::Result<Report, String> {
     let vectors = vectors(args)?;
     let skips = match &args.skip {
         None => Default::default(),

@@ -103,7 +103,7 @@ fn summary(report: &Report, seconds: f64) -> String {
     if let Some(points) = &report.models.points {
         text += &format!(
             "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\
-             {} points in {} cells, {} dropped; {} changed points and {} rays a frame, {:.1} ms a frame\n",
+             {} points in {} cells, {} dropped",
             output::significant(points.density.into()),
             output::significant(points.lowest_density.into()),
             output::significant(points.highest_density.into()),
@@ -112,10 +112,16 @@ fn summary(report: &Report, seconds: f64) -> String {
             grouped(points.points as u64),
             grouped(points.cells as u64),
             grouped(points.dropped_points),
-            grouped((points.changed_points / report.ticks()) as u64),
-            grouped(report.rays / report.ticks() as u64),
-            report.stage_ms.total(),
         );
+        if report.frames > 1 {
+            text += &format!(
+                "; {} changed points and {} rays a frame, {:.1} ms a frame",
+                grouped((points.changed_points / report.ticks()) as u64),
+                grouped(report.rays / report.ticks() as u64),
+                report.stage_ms.total(),
+            );
+        }
+        text += "\n";
     }
     if let Some(probes) = &report.models.probes {
         let irradiance = match probes.irradiance_psnr {
@@ -123,15 +129,19 @@ fn summary(report: &Report, seconds: f64) -> String {
             None => String::new(),
         };
         text += &format!(
-            "{} probes, {} of them in the open; first frame {} bytes, visibility {}, then {:.2} bytes a \
-             probe and frame{irradiance}; {:.1} ms a frame\n",
+            "{} probes, {} of them outside geometry; first frame {} bytes{irradiance}, visibility {} bytes",
             grouped(probes.probes as u64),
             grouped(probes.probes_present as u64),
             grouped(probes.bytes_first),
             grouped(probes.bytes_visibility),
-            probes.bytes_per_probe_frame,
-            probes.probe_update_ms,
         );
+        if report.frames > 1 {
+            text += &format!(
+                ", then {:.2} bytes a probe and frame",
+                probes.bytes_per_probe_frame
+            );
+        }
+        text += &format!("; {:.1} ms a frame\n", probes.probe_update_ms);
     }
     text
 }

@@ -1,4 +1,4 @@
-//! From arguments to what the library is asked for.
+//! From command-line arguments to the options of the library.
 
 use super::args::{self, EncodeArgs, ProbesArgs, Quality, SceneArgs, ViewArgs};
 use super::progress::Progress;

@@ -1,4 +1,4 @@
-//! Values of vertices that no sample says anything about: buried ones, and those of glass.
+//! Values of vertices that no sample says anything about: hidden ones, and those of glass.
 
 use super::shape::Shape;
 

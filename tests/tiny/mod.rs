@@ -12,7 +12,7 @@ use dapple::scene::{
 use dapple::world::World;
 use glam::{Quat, Vec3};
 
-/// A scene in the making.
+/// A scene under construction.
 pub struct Tiny(pub Scene);
 
 impl Tiny {

@@ -30,7 +30,7 @@ impl Noise {
 
 /// What a field is like.
 #[derive(Clone, Copy)]
-pub struct Knobs {
+pub struct FieldOptions {
     pub dims: [u16; 3],
     pub lamps: usize,
     /// Metres a frame.
@@ -43,7 +43,7 @@ pub struct Knobs {
 }
 
 /// A lamp bounces through the room in 60 s; 256 samples; hysteresis 0.95.
-pub const USUAL: Knobs = Knobs {
+pub const USUAL: FieldOptions = FieldOptions {
     dims: [16, 8, 8],
     lamps: 3,
     speed: 0.03,
@@ -54,17 +54,17 @@ pub const USUAL: Knobs = Knobs {
 
 /// A field that goes on frame by frame; a probe is a metre from the next.
 pub struct Field {
-    knobs: Knobs,
+    options: FieldOptions,
     noise: Noise,
     frame: u32,
     state: Vec<Option<Coefficients>>,
 }
 
 impl Field {
-    pub fn new(knobs: Knobs) -> Field {
+    pub fn new(options: FieldOptions) -> Field {
         Field {
-            knobs,
-            noise: Noise(knobs.seed),
+            options,
+            noise: Noise(options.seed),
             frame: 0,
             state: Vec::new(),
         }
@@ -72,9 +72,9 @@ impl Field {
 
     /// Coefficients of all probes; none of those inside the wall.
     pub fn next(&mut self) -> &[Option<Coefficients>] {
-        let Knobs {
+        let FieldOptions {
             dims, hysteresis, ..
-        } = self.knobs;
+        } = self.options;
         let [dx, dy, dz] = dims.map(usize::from);
         let first = self.state.is_empty();
         let mut at = 0;
@@ -107,7 +107,7 @@ impl Field {
     /// One frame's path-traced estimate: as of a hundred frames at the start, so that the first state
     /// is as settled as those after it.
     fn estimate(&mut self, probe: [usize; 3]) -> Option<Coefficients> {
-        let [dx, dy, dz] = self.knobs.dims.map(f64::from);
+        let [dx, dy, dz] = self.options.dims.map(f64::from);
         let [x, y, z] = probe.map(|i| i as f64);
         let wall = (dx * 0.6).floor();
         let door = z < dz * 0.4 && y < dy * 0.5;
@@ -126,8 +126,8 @@ impl Field {
                 }
             }
         };
-        for lamp in 0..self.knobs.lamps {
-            let t = f64::from(self.frame) * self.knobs.speed + lamp as f64 * 7.3;
+        for lamp in 0..self.options.lamps {
+            let t = f64::from(self.frame) * self.options.speed + lamp as f64 * 7.3;
             let bounce = |size: f64, phase: f64| {
                 let s = (t * 0.37 + phase).sin();
                 (s * 0.45 + 0.5) * (size - 1.0)
@@ -164,7 +164,7 @@ impl Field {
         let mean = sum[0].iter().sum::<f64>() / 3.0;
         let settled = if self.state.is_empty() { 0.16 } else { 1.0 };
         Some(sum.map(|rgb| {
-            let noise = self.knobs.noise * mean * settled;
+            let noise = self.options.noise * mean * settled;
             let luma = self.noise.normal() * noise;
             rgb.map(|v| (v + luma + self.noise.normal() * noise * 0.25) as f32)
         }))

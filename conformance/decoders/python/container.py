@@ -67,7 +67,7 @@ class Decoder:
         self.offset = 0  # of the first byte of the buffer in the stream
         self.preamble_done = False
         self.header: Header | None = None  # of the record whose payload follows
-        self.to_skip = 0  # bytes left of a payload that is passed over
+        self.to_skip = 0  # bytes left of a payload that is skipped
         self.ended = False
         self.expected = 0  # the expected sequence
         self.headers_digest = Xxh64()  # of the preamble and the headers so far (section 6.7)
@@ -184,7 +184,7 @@ class Decoder:
             self.count(header)
 
     def check_header(self, header: Header, raw: bytes) -> bool:
-        """[C-010] to [C-021]; says whether the record is taken in, or else passed over."""
+        """[C-010] to [C-021]; says whether the record is taken in, or else skipped."""
         if header.header_crc != crc32c(raw[:28]):  # [C-010]
             raise Fault(1005)
         if header.reserved != 0:  # [C-011]

@@ -211,7 +211,7 @@ def test_stopped() -> None:
     parts = records(stream)
     gap = parts[0] + parts[2]
     steps = script(gap, b"lost", "finish", "resume", "finish-live", "resume")
-    # The header, looked at again, is an unreported 4007, and its payload is passed over.
+    # The header, looked at again, is an unreported 4007, and its payload is skipped.
     assert run(steps, "--session")[1].decode().splitlines()[1:] == [
         "error framing 1008 16", "error session 4011 48", "error session 4011 48", "resume yes",
         f"error framing 1019 {len(gap)}", "resume yes",

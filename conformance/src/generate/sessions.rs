@@ -50,7 +50,7 @@ fn case(
     }
 }
 
-/// A script in the making.
+/// A script under construction.
 #[derive(Clone, Default)]
 struct Script(Vec<u8>);
 

@@ -10,7 +10,7 @@ use super::f16::{f16_from_units, units_from_f16};
 use super::*;
 use crate::entropy::{Coder, Writer};
 use crate::memory::index_set::IndexSet;
-use field::{Coefficients, Field, Knobs, USUAL};
+use field::{Coefficients, Field, FieldOptions, USUAL};
 use packed::{Walk, code};
 use values::{POWERS, Scales};
 
@@ -344,14 +344,14 @@ struct Outcome {
 
 /// Frames of a field, the first from nothing.
 fn encode(
-    knobs: Knobs,
+    options: FieldOptions,
     steps: Steps,
     tolerance: Tolerance,
     frames: usize,
     counts: &mut [[u32; 2]; contexts::CONTEXTS],
 ) -> Outcome {
-    let volume = volume(knobs.dims, Coding::Packed(steps));
-    let mut field = Field::new(knobs);
+    let volume = volume(options.dims, Coding::Packed(steps));
+    let mut field = Field::new(options);
     let mut base: Vec<Probe> = Vec::new();
     let mut outcome = Outcome {
         bytes: Vec::new(),
@@ -423,8 +423,8 @@ fn quality(fine: f64, near: f64, peak: f64) -> (Steps, Tolerance) {
     (steps, tolerance)
 }
 
-fn peak_luma(knobs: Knobs) -> f64 {
-    let mut field = Field::new(knobs);
+fn peak_luma(options: FieldOptions) -> f64 {
+    let mut field = Field::new(options);
     let mut lumas: Vec<f32> = field.next().iter().flatten().map(|c| c[0][1]).collect();
     lumas.sort_unstable_by(f32::total_cmp);
     f64::from(lumas[(lumas.len() - 1) * 999 / 1000])
@@ -434,7 +434,7 @@ fn peak_luma(knobs: Knobs) -> f64 {
 #[test]
 #[ignore = "a measurement"]
 fn starts() {
-    let small = Knobs {
+    let small = FieldOptions {
         dims: [8, 8, 8],
         lamps: 2,
         seed: 9,
@@ -446,7 +446,7 @@ fn starts() {
         ("usual, coarser", USUAL, 2.0, 2.0),
         (
             "quiet",
-            Knobs {
+            FieldOptions {
                 noise: 0.03,
                 seed: 2,
                 ..USUAL
@@ -456,7 +456,7 @@ fn starts() {
         ),
         (
             "noisy",
-            Knobs {
+            FieldOptions {
                 noise: 0.3,
                 seed: 3,
                 ..USUAL
@@ -466,7 +466,7 @@ fn starts() {
         ),
         (
             "fast",
-            Knobs {
+            FieldOptions {
                 speed: 0.2,
                 seed: 4,
                 ..USUAL
@@ -477,7 +477,7 @@ fn starts() {
         ("small", small, 1.0, 1.0),
         (
             "still",
-            Knobs {
+            FieldOptions {
                 speed: 0.0,
                 noise: 0.05,
                 hysteresis: 0.99,
@@ -497,12 +497,12 @@ fn starts() {
         }
     }
     let mut mean = [[0.0f64; 2]; contexts::CONTEXTS];
-    for (name, knobs, fine, near) in cases {
-        let (steps, tolerance) = quality(fine, near, peak_luma(knobs));
+    for (name, options, fine, near) in cases {
+        let (steps, tolerance) = quality(fine, near, peak_luma(options));
         let mut counts = [[0; 2]; contexts::CONTEXTS];
         let frames = 60;
-        let o = encode(knobs, steps, tolerance, frames, &mut counts);
-        let probes = knobs.dims.iter().map(|&d| f64::from(d)).product::<f64>();
+        let o = encode(options, steps, tolerance, frames, &mut counts);
+        let probes = options.dims.iter().map(|&d| f64::from(d)).product::<f64>();
         let steady = o.bytes[20..].iter().sum::<usize>() as f64 / (frames - 20) as f64;
         let bits = o.bits[20..].iter().sum::<u64>() as f64 / (frames - 20) as f64;
         println!(
