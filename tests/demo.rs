@@ -559,15 +559,15 @@ fn a_chart_of_probes_has_tables_charts_pictures_and_a_page() {
         "lobe.csv",
         "ddgi.png",
         "reference.png",
-        "absent_trilinear.png",
-        "denser_visibility.png",
+        "disabled_trilinear.png",
+        "denser_visibility-weighted.png",
         "index.html",
     ] {
         assert!(folder.join("a").join(file).exists(), "{file}");
     }
     // Again in another folder: all but times is the same.
     succeeds(folder, &format!("{chart} b"));
-    for file in ["parts.csv", "rates.csv", "denser_visibility.png"] {
+    for file in ["parts.csv", "rates.csv", "denser_visibility-weighted.png"] {
         let read = |run: &str| std::fs::read(folder.join(run).join(file)).expect("written");
         assert_eq!(read("a"), read("b"), "{file}");
     }
