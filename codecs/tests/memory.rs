@@ -142,6 +142,7 @@ fn declared_apart(tracks: &[Track]) -> Vec<u8> {
 #[test]
 fn allocations() {
     refused_memory_is_an_error();
+    reset_and_free_gives_memory_back();
     // A claim of the largest record that the limits allow, of which nothing comes.
     let (bytes, _) = stream(Compression::None, false);
     let starts = records(&bytes);
@@ -543,6 +544,20 @@ fn allocations() {
                 }
             }
         }
+    }
+}
+
+fn reset_and_free_gives_memory_back() {
+    let bytes = stream(Compression::Lz4, false).0;
+    let before = NOW.load(Relaxed);
+    let mut decoder = Decoder::new(Limits::default());
+    let new = NOW.load(Relaxed) - before;
+    for _ in 0..2 {
+        assert_eq!(decode(&mut decoder, &bytes).1, Ok(()));
+        decoder.reset();
+        assert!(NOW.load(Relaxed) - before > new);
+        decoder.reset_and_free();
+        assert_eq!(NOW.load(Relaxed) - before, new);
     }
 }
 

@@ -96,7 +96,7 @@ fn summary(report: &Report, seconds: f64) -> String {
         grouped(report.bytes_startup),
     );
     // A rate says little of a shorter run.
-    if report.frames as f64 > report.fps {
+    if report.frames as f64 >= report.fps {
         text += &format!(", then {:.3} Mbit/s", report.mbps_steady);
     }
     text += "\n";

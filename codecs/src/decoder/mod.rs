@@ -244,6 +244,11 @@ impl Decoder {
         self.damaged = false;
     }
 
+    /// As [`Decoder::reset`], and gives all memory back.
+    pub fn reset_and_free(&mut self) {
+        *self = Decoder::new(self.limits);
+    }
+
     /// Bytes of the stream used so far.
     pub fn position(&self) -> u64 {
         self.position
