@@ -53,7 +53,7 @@ pub(crate) trait Coder {
     fn bit(&mut self, context: usize, bit: bool) -> bool;
 
     /// A bit that is as likely as not.
-    fn even_bit(&mut self, bit: bool) -> bool;
+    fn bypass_bit(&mut self, bit: bool) -> bool;
 
     /// A context is as sure of a 0 as it gets, so that another 0 leaves it as it is. A writer, which
     /// takes bits one by one, never says so.
@@ -149,7 +149,7 @@ impl Coder for Reader<'_> {
     }
 
     #[inline(always)]
-    fn even_bit(&mut self, _: bool) -> bool {
+    fn bypass_bit(&mut self, _: bool) -> bool {
         self.split(self.range >> 1)
     }
 
@@ -272,7 +272,7 @@ impl Coder for Writer<'_> {
     }
 
     #[inline(always)]
-    fn even_bit(&mut self, bit: bool) -> bool {
+    fn bypass_bit(&mut self, bit: bool) -> bool {
         self.split(self.range >> 1, bit)
     }
 }
@@ -303,7 +303,7 @@ mod tests {
     fn code(coder: &mut impl Coder, bits: &[(usize, bool)]) -> Vec<(usize, bool)> {
         let each = |&(sort, bit): &(usize, bool)| match sort {
             0..4 => (sort, coder.bit(sort, bit)),
-            _ => (sort, coder.even_bit(bit)),
+            _ => (sort, coder.bypass_bit(bit)),
         };
         bits.iter().map(each).collect()
     }

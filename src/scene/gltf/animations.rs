@@ -1,6 +1,7 @@
 //! Animation channels, and the choice of the animations that play.
 
-use super::nodes::{Order, unit};
+use super::hierarchy::Order;
+use super::nodes::unit;
 use super::{Document, Read, clean_name, find_named, get};
 use crate::scene::{Channel, ChannelValues, Interpolation, Scene};
 use ::gltf::json;

@@ -1,6 +1,6 @@
 //! Meshes: the primitives of each are put together into one triangle list.
 
-use super::nodes::Order;
+use super::hierarchy::Order;
 use super::{DRACO, Document, Read, clean_name, conversion, get};
 use crate::scene::{Mesh, MorphTarget, Scene, normals};
 use ::gltf::json;

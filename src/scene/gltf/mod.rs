@@ -11,6 +11,7 @@ mod accessor;
 mod animations;
 mod buffers;
 mod container;
+mod hierarchy;
 mod images;
 mod lenient;
 #[cfg(test)]
@@ -199,7 +200,7 @@ fn read(bytes: &[u8], folder: Option<&Path>, options: &LoadOptions) -> Read<Scen
         lost: RefCell::new(None),
     };
     let mut scene = Scene::default();
-    let order = nodes::order(&document)?;
+    let order = hierarchy::order(&document)?;
     nodes::read(&document, &order, &mut scene);
     materials::read(&document, &mut scene);
     images::report(&document);

@@ -1,6 +1,6 @@
 //! Skins, and the frame in which a skinned instance lives.
 
-use super::nodes::Order;
+use super::hierarchy::Order;
 use super::{Document, Read, get};
 use crate::scene::{Scene, Skin};
 use glam::Mat4;

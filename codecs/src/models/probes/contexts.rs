@@ -1,28 +1,28 @@
-//! The sorts of bits in `packed` probes, and how each one starts: `spec/probes.md` §6.
+//! The contexts of bits in `packed` probes and their initial probabilities: `spec/probes.md` §6.
 
 use crate::entropy::Context;
 
-/// Whether a probe changes: with and without a base, by how many neighbours do.
+/// Whether a probe changes: with a prior or without, by how many neighbours do.
 const CHANGED: usize = 0;
 /// Whether its level does.
-const OTHER_LEVEL: usize = CHANGED + 2 * 4;
-/// Which level it has then, by the one of the base: whether it is the highest of the three others,
+const LEVEL_CHANGED: usize = CHANGED + 2 * 4;
+/// Which level it has then, by that of the prior: whether it is the highest of the three others,
 /// and if not whether it is the next.
-const LEVEL: usize = OTHER_LEVEL + 1;
-/// Whether a group has a residual: intra or not, by group, by how many neighbours have one there,
-/// and whether the group before has one.
-const ANY: usize = LEVEL + 4 * 2;
-/// Whether a code has one: intra or not, by group, by how many neighbours have one there.
-const SOME: usize = ANY + 2 * 6 * 4 * 2;
-/// Whether the sign is against that of the neighbours: intra or not, luma or chroma, by how sure
-/// they are.
-const AGAINST: usize = SOME + 2 * 6 * 4;
-/// Whether the magnitude has another bit: intra or not, by group, by how many it has.
-const LONGER: usize = AGAINST + 2 * 2 * 3;
-/// The bit below the highest one: intra or not, by group.
-const SECOND: usize = LONGER + 2 * 6 * LENGTHS;
+const LEVEL: usize = LEVEL_CHANGED + 1;
+/// Whether a band is significant (has a residual): intra or not, by band, by how many neighbours have a
+/// residual there, and whether the band before is significant.
+const BAND: usize = LEVEL + 4 * 2;
+/// Whether a code is significant (has a residual): intra or not, by band, by how many neighbours have one there.
+const SIGNIFICANT: usize = BAND + 2 * 6 * 4 * 2;
+/// Whether the sign differs from that of the neighbours: intra or not, luma or chroma, by how many
+/// neighbours agree.
+const SIGN: usize = SIGNIFICANT + 2 * 6 * 4;
+/// A bit of the Exp-Golomb prefix of the magnitude: intra or not, by band, by how many came before.
+const PREFIX: usize = SIGN + 2 * 2 * 3;
+/// The first bit of the Exp-Golomb suffix: intra or not, by band.
+const SUFFIX: usize = PREFIX + 2 * 6 * LENGTHS;
 /// Number of contexts.
-pub(super) const CONTEXTS: usize = SECOND + 2 * 6;
+pub(super) const CONTEXTS: usize = SUFFIX + 2 * 6;
 
 /// Lengths of a magnitude that are told apart.
 const LENGTHS: usize = 6;
@@ -33,41 +33,41 @@ pub(super) fn changed(intra: bool, neighbours: usize) -> usize {
 }
 
 #[inline(always)]
-pub(super) fn other_level() -> usize {
-    OTHER_LEVEL
+pub(super) fn level_changed() -> usize {
+    LEVEL_CHANGED
 }
 
 #[inline(always)]
-pub(super) fn level(base: u8, second: bool) -> usize {
-    LEVEL + usize::from(base) * 2 + usize::from(second)
+pub(super) fn level(prior: u8, not_highest: bool) -> usize {
+    LEVEL + usize::from(prior) * 2 + usize::from(not_highest)
 }
 
 #[inline(always)]
-pub(super) fn any(intra: bool, group: usize, neighbours: usize, before: bool) -> usize {
-    ANY + ((usize::from(intra) * 6 + group) * 4 + neighbours) * 2 + usize::from(before)
+pub(super) fn band_significant(intra: bool, band: usize, neighbours: usize, before: bool) -> usize {
+    BAND + ((usize::from(intra) * 6 + band) * 4 + neighbours) * 2 + usize::from(before)
 }
 
 #[inline(always)]
-pub(super) fn some(intra: bool, group: usize, neighbours: usize) -> usize {
-    SOME + (usize::from(intra) * 6 + group) * 4 + neighbours
+pub(super) fn code_significant(intra: bool, band: usize, neighbours: usize) -> usize {
+    SIGNIFICANT + (usize::from(intra) * 6 + band) * 4 + neighbours
 }
 
 #[inline(always)]
-pub(super) fn against(intra: bool, group: usize, sure: usize) -> usize {
-    AGAINST + (usize::from(intra) * 2 + group % 2) * 3 + sure
+pub(super) fn sign(intra: bool, band: usize, sure: usize) -> usize {
+    SIGN + (usize::from(intra) * 2 + band % 2) * 3 + sure
 }
 
 #[inline(always)]
-pub(super) fn longer(intra: bool, group: usize, length: usize) -> usize {
-    LONGER + (usize::from(intra) * 6 + group) * LENGTHS + length.min(LENGTHS - 1)
+pub(super) fn prefix(intra: bool, band: usize, length: usize) -> usize {
+    PREFIX + (usize::from(intra) * 6 + band) * LENGTHS + length.min(LENGTHS - 1)
 }
 
 #[inline(always)]
-pub(super) fn second(intra: bool, group: usize) -> usize {
-    SECOND + usize::from(intra) * 6 + group
+pub(super) fn suffix(intra: bool, band: usize) -> usize {
+    SUFFIX + usize::from(intra) * 6 + band
 }
 
-/// All contexts at their start.
+/// All contexts with their initial probabilities.
 pub(super) fn initial() -> [Context; CONTEXTS] {
     INITIAL.map(Context::new)
 }

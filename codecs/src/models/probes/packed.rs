@@ -180,7 +180,7 @@ fn code_probe<C: Coder>(
         let codes = group.start..group.end;
         let bits = ((1 << group.end) - (1 << group.start)) as Mark;
         let wanted_any = wanted.codes[codes.clone()] != probe.codes[codes.clone()];
-        let context = contexts::any(intra, index, neighbours.count(bits), before);
+        let context = contexts::band_significant(intra, index, neighbours.count(bits), before);
         before = coder.bit(context, wanted_any);
         if !before {
             continue;
@@ -191,12 +191,12 @@ fn code_probe<C: Coder>(
             let residual = i32::from(wanted.codes[code]) - predicted;
             // The last one has a residual for sure where none before has.
             let sure = code == last && mark & bits == 0;
-            let context = contexts::some(intra, index, neighbours.count(1 << code));
+            let context = contexts::code_significant(intra, index, neighbours.count(1 << code));
             if !(sure || coder.bit(context, residual != 0)) {
                 continue;
             }
             let sign = neighbours.sign(code);
-            let context = contexts::against(intra, index, sign.unsigned_abs().min(2) as usize);
+            let context = contexts::sign(intra, index, sign.unsigned_abs().min(2) as usize);
             let against = coder.bit(context, (residual < 0) != (sign < 0));
             let negative = against != (sign < 0);
             let magnitude = code_magnitude(coder, intra, index, residual.unsigned_abs());
@@ -215,7 +215,7 @@ fn code_probe<C: Coder>(
 /// A level that is not that of an absent base, or may be that of a present one.
 #[inline(always)]
 fn code_level<C: Coder>(coder: &mut C, base: u8, wanted: u8) -> u8 {
-    if base > 0 && !coder.bit(contexts::other_level(), wanted != base) {
+    if base > 0 && !coder.bit(contexts::level_changed(), wanted != base) {
         return base;
     }
     // The three other levels, from the highest.
@@ -241,7 +241,7 @@ fn code_magnitude<C: Coder>(coder: &mut C, intra: bool, group: usize, wanted: u3
     let mut length = 0;
     while length < LONGEST - 1
         && coder.bit(
-            contexts::longer(intra, group, length),
+            contexts::prefix(intra, group, length),
             length < wanted_length,
         )
     {
@@ -251,8 +251,8 @@ fn code_magnitude<C: Coder>(coder: &mut C, intra: bool, group: usize, wanted: u3
     for below in (0..length).rev() {
         let bit = wanted >> below & 1 == 1;
         let bit = match below + 1 == length {
-            true => coder.bit(contexts::second(intra, group), bit),
-            false => coder.even_bit(bit),
+            true => coder.bit(contexts::suffix(intra, group), bit),
+            false => coder.bypass_bit(bit),
         };
         magnitude = magnitude << 1 | u32::from(bit);
     }

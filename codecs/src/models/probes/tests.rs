@@ -330,9 +330,9 @@ impl Coder for CountingCoder<'_> {
         self.writer.bit(context, bit)
     }
 
-    fn even_bit(&mut self, bit: bool) -> bool {
+    fn bypass_bit(&mut self, bit: bool) -> bool {
         self.bits += 1;
-        self.writer.even_bit(bit)
+        self.writer.bypass_bit(bit)
     }
 }
 
