@@ -9,7 +9,9 @@ use super::output;
 use super::progress::Progress;
 use crate::limits::check_tracks;
 use crate::measure::chart::{Axis, Chart, Level, Point, Series};
-use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
+use crate::measure::evaluate::{
+    Evaluation, Playback, Quality, StartedServer, evaluate, references,
+};
 use crate::measure::metrics::{self, Difference};
 use crate::measure::reference::{RAYS, Reference, Score};
 use crate::measure::report::{Report, Section, save, write};
@@ -183,9 +185,11 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
                     ..Playback::default()
                 };
                 let evaluation = evaluate(
-                    World::new(&scene, job.start),
-                    server.clone(),
-                    startup_time,
+                    StartedServer {
+                        world: World::new(&scene, job.start),
+                        server: server.clone(),
+                        startup_time,
+                    },
                     job,
                     playback,
                     &mut renderer,

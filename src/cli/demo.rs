@@ -6,7 +6,9 @@ use super::output;
 use super::progress::Progress;
 use crate::files::{self, NewFile};
 use crate::measure::difference::signed_picture;
-use crate::measure::evaluate::{Evaluation, Playback, Quality, evaluate, references};
+use crate::measure::evaluate::{
+    Evaluation, Playback, Quality, StartedServer, evaluate, references,
+};
 use crate::measure::metrics::psnr_text;
 use crate::measure::reference::RAYS;
 use crate::measure::report::{Figure, Image, Report, Section, Source, write};
@@ -115,9 +117,11 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let mut file = NewFile::create(&args.out.join("stream.dapple"))?;
     let bar = Progress::new("Encoding frames", job.frames as u64);
     let evaluation = evaluate(
-        world,
-        server,
-        startup_time,
+        StartedServer {
+            world,
+            server,
+            startup_time,
+        },
         job.clone(),
         Playback::default(),
         &mut renderer,

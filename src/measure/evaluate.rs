@@ -103,22 +103,31 @@ impl Evaluation {
     }
 }
 
-/// Encodes `job` with a server that has traced its points already in `world`, decodes the bytes as a client
-/// would, and scores what the client shows at the times of the references. `written` gets the bytes
+/// A server that has traced all its points in `world`, and the time that took.
+pub struct StartedServer<'s> {
+    pub world: World<'s>,
+    pub server: Server,
+    pub startup_time: Duration,
+}
+
+/// Encodes `job` with a server, decodes the bytes as a client would, and scores what the client shows at the times of the references. `written` gets the bytes
 /// of every frame.
 ///
 /// # Errors
 /// Whatever encoding, decoding, drawing and `written` give.
 pub fn evaluate(
-    world: World,
-    server: Server,
-    startup_time: Duration,
+    started: StartedServer,
     job: Job,
     playback: Playback,
     renderer: &mut Renderer,
     references: &[Reference],
     mut written: impl FnMut(&[u8]) -> Result<()>,
 ) -> Result<Evaluation> {
+    let StartedServer {
+        world,
+        server,
+        startup_time,
+    } = started;
     let scene = world.scene();
     let rate = job.rate.hz();
     let (start, frames, view) = (job.start, job.frames, job.view);

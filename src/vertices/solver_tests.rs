@@ -151,7 +151,7 @@ fn fixed_variables_are_left_out() {
     let samples = samples(&shape, 2, |_, r| r.unit() as f32);
     let energy = energy(&shape, &samples, 1.0);
     let tree = Tree::new(&energy.matrix, &shape.positions);
-    let fixed = |i: usize| i % 3 == 0;
+    let fixed = |i: usize| i.is_multiple_of(3);
     let factor = Factor::new(&energy.matrix, &tree, &fixed).expect("positive definite");
     let b: Vec<f64> = (0..shape.variables()).map(|i| i as f64).collect();
     let mut x = b.clone();
@@ -212,7 +212,7 @@ fn bounded_minimum_is_the_least_of_all_active_sets() {
             let state = |i: usize| set / 3usize.pow(i as u32) % 3;
             let mut builder = Builder::new(n);
             let mut right = b.clone();
-            for i in 0..n {
+            for (i, right) in right.iter_mut().enumerate() {
                 for (j, a) in matrix.row(i) {
                     match (state(i), state(j)) {
                         (0, 0) if i < j => {
@@ -221,7 +221,7 @@ fn bounded_minimum_is_the_least_of_all_active_sets() {
                             builder.add_square([i as u32, j as u32], [1.0, -1.0], -0.5 * a);
                         }
                         (0, 0) if i == j => builder.add_square([i as u32], [1.0], a),
-                        (0, 2) => right[i] -= a,
+                        (0, 2) => *right -= a,
                         _ => {}
                     }
                 }
@@ -255,9 +255,9 @@ fn bounded_solution_leaves_no_scar() {
     assert!(free.iter().any(|x| *x < -0.01) && free.iter().any(|x| *x > 1.01));
     let got = bounded::solve(matrix, &tree, &factor, b);
     assert!(got.is_exact() && got.at_bounds > 0);
-    for i in 0..b.len() {
-        let gradient = matrix.row_times(i, &got.x) - b[i];
-        match got.x[i] {
+    for (i, (x, b)) in got.x.iter().zip(b).enumerate() {
+        let gradient = matrix.row_times(i, &got.x) - b;
+        match *x {
             0.0 => assert!(gradient >= -1e-8, "{i}"),
             1.0 => assert!(gradient <= 1e-8, "{i}"),
             _ => assert!(gradient.abs() < 1e-8, "{i}: {gradient}"),

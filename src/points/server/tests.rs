@@ -101,8 +101,8 @@ fn more_surface_than_memory_holds_is_refused_before_it_is_placed() {
     for size in [1e4, 1e18] {
         let scene = bound_at(&[size]);
         let error = server(&World::new(&scene, 0.0), 1000.0)
-            .err()
-            .expect("refused")
+            .map(drop)
+            .expect_err("refused")
             .to_string();
         assert!(error.contains("candidates"), "{error}");
     }
