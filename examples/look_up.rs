@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! dapple encode hall --model points,probes --frames 1 -o hall.dapple
-//! cargo run --example look_up -- hall.dapple NODE 0,0,0 0,1,0
+//! cargo run --no-default-features --example look_up -- hall.dapple NODE 0,0,0 0,1,0
 //! ```
 //!
 //! NODE is the path of a node as `dapple inspect` lists it; position and normal are in its mesh space,
@@ -22,12 +22,13 @@ fn vector(text: &str) -> Result<Vec3, Box<dyn Error>> {
     Ok(parts.into())
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn look_up() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [stream, node, position, normal] = &arguments[..] else {
         return Err("usage: look_up STREAM NODE X,Y,Z NX,NY,NZ".into());
     };
     let (x, n) = (vector(position)?, vector(normal)?.normalize());
+    let mut found_track = false;
     decode_all(
         &std::fs::read(stream)?,
         Limits::default(),
@@ -47,6 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                         let Some(place) = points.place_of(state) else {
                             continue;
                         };
+                        found_track = true;
                         let transform = GridTransform::new(&place.grid);
                         let found = sample(
                             &place.grid,
@@ -59,6 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                         println!("frame {}: AO {:.3}, mesh {space}", frame.number, found.ao);
                     }
                     Model::Probes(_) => {
+                        found_track = true;
                         let Some(volume) = ProbesVolume::new(decoder, state) else {
                             continue;
                         };
@@ -72,5 +75,18 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         },
     )?;
-    Ok(())
+    match found_track {
+        true => Ok(()),
+        false => Err(format!("{stream} has no track of node {node}").into()),
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    match look_up() {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("look_up: {error}");
+            std::process::ExitCode::FAILURE
+        }
+    }
 }

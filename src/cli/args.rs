@@ -50,16 +50,16 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = vector,
         allow_hyphen_values = true)]
     pub target: Option<DVec3>,
-    /// Width and height of pictures in pixels.
+    /// Width and height in pixels of pictures; for `encode`, their ratio decides what the camera sees.
     #[arg(long, value_name = "WxH", default_value = "480x270", value_parser = size)]
     pub size: (u32, u32),
     /// The animation that plays, by name or number; otherwise all that do not overlap.
     #[arg(long, value_name = "NAME")]
     pub animation: Option<String>,
-    /// Frame to show, counted from 0 at the frame rate.
+    /// Frame to show, or to start at, counted from 0 at the frame rate.
     #[arg(long, value_name = "K", conflicts_with = "time")]
     pub frame: Option<u32>,
-    /// Time to show, in seconds.
+    /// Time to show, or to start at, in seconds.
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub time: Option<f64>,
 }
@@ -139,7 +139,7 @@ pub struct EncodeArgs {
     #[arg(long, default_value = "posed", help_heading = POINTS)]
     pub space: Space,
     /// Leave out points whose AO is below so many steps of 1/255 for as long as it is, and those that
-    /// close surfaces hide; 0 keeps all, as in the paper.
+    /// close surfaces hide; 0 keeps all, as in PSAO.
     #[arg(long, value_name = "STEPS", default_value_t = MIN_AO, help_heading = POINTS)]
     pub min_ao: u8,
     /// What to do with points beyond the seven of a grid cell.

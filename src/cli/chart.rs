@@ -236,7 +236,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
              {} rays a point, seed {}",
             job.frames,
             args.encode.fps.hz(),
-            args.scored,
+            (args.scored as usize).min(job.frames),
             points.rays,
             points.seed
         ),
@@ -249,7 +249,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         ..Report::default()
     };
     write(&page, &rows, &args.output)?;
-    output::print(&markdown(&table))?;
+    let page = args.output.join("index.html");
+    output::print(&format!("{}\n{}\n", markdown(&table), page.display()))?;
     Ok(ExitCode::SUCCESS)
 }
 

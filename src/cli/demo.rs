@@ -34,7 +34,14 @@ pub struct Args {
     #[arg(long = "scene", visible_alias = "gltf-scene", value_name = "N|NAME")]
     gltf_scene: Option<String>,
     /// Folder for the stream, the pictures and the report; missing folders are made.
-    #[arg(long, value_name = "DIR", default_value = "dapple-demo")]
+    #[arg(
+        short = 'o',
+        long,
+        visible_alias = "output",
+        value_name = "DIR",
+        default_value = "dapple-demo",
+        help_heading = "Output"
+    )]
     out: PathBuf,
     #[command(flatten)]
     view: ViewArgs,

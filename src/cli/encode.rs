@@ -58,12 +58,14 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let clock = Instant::now();
     let mut sink = Sink::create(&args.output)?;
     let mut bytes = Vec::new();
+    let mut written = 0;
     let frames = job.frames;
     let camera = args.scene.view.describe(&scene, &job.view);
     let mut stream = job::start(&scene, job, &mut bytes)?;
     let bar = Progress::new("Encoding frames", frames as u64);
     loop {
         sink.write(&bytes)?;
+        written += bytes.len() as u64;
         bytes.clear();
         bar.step(1);
         if stream.next_frame(&mut bytes)?.is_none() {
@@ -72,12 +74,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     drop(bar);
     let report = stream.finish(&mut bytes)?;
+    let written = written + bytes.len() as u64;
     sink.write(&bytes)?;
     sink.finish()?;
     if args.json {
         output::print_report(&report)?;
     } else {
-        let mut text = summary(&report, clock.elapsed().as_secs_f64());
+        let mut text = summary(&report, written, clock.elapsed().as_secs_f64());
         if args.encode.active().contains(&effects::VISIBILITY) {
             text += &format!("updated where seen by {camera}\n");
         }
@@ -86,13 +89,12 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn summary(report: &Report, seconds: f64) -> String {
-    let total = report.bytes_startup + report.bytes_steady + report.bytes_keyframes;
+fn summary(report: &Report, written: u64, seconds: f64) -> String {
     let mut text = format!(
         "{} frames at {} Hz, {} bytes, {seconds:.1} s; start-up {} bytes",
         report.frames,
         report.fps,
-        grouped(total),
+        grouped(written),
         grouped(report.bytes_startup),
     );
     // A rate says little of a shorter run.
@@ -103,7 +105,7 @@ fn summary(report: &Report, seconds: f64) -> String {
     if let Some(points) = &report.models.points {
         text += &format!(
             "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\
-             {} points in {} cells, {} dropped",
+             {} points placed, {} cells, {} dropped",
             output::significant(points.density.into()),
             output::significant(points.lowest_density.into()),
             output::significant(points.highest_density.into()),

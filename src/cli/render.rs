@@ -37,43 +37,43 @@ Examples:
 pub struct Args {
     /// The stream, `-` for one on standard input; not needed for `--method rtao`, `none`, `path` and
     /// `direct`.
-    #[arg(value_name = "STREAM")]
+    #[arg(value_name = "STREAM", help_heading = "Arguments")]
     stream: Option<PathBuf>,
     /// The scene that the stream was made for: a glTF file, `-` for one on standard input, or `hall`.
-    #[arg(long, value_name = "SCENE")]
+    #[arg(long, value_name = "SCENE", help_heading = "Scene and view")]
     scene: PathBuf,
     /// The scene within the glTF file, by number or name; the file's default one if not given.
-    #[arg(long, value_name = "N|NAME")]
+    #[arg(long, value_name = "N|NAME", help_heading = "Scene and view")]
     gltf_scene: Option<String>,
     #[command(flatten)]
     view: ViewArgs,
     #[command(flatten)]
     client: ClientArgs,
     /// Where ambient occlusion, or all light, comes from; the model of the stream if not given.
-    #[arg(long)]
+    #[arg(long, help_heading = "Method")]
     method: Option<Method>,
     /// How probes are interpolated.
-    #[arg(long, default_value = "visibility-weighted")]
+    #[arg(long, default_value = "visibility-weighted", help_heading = "Method")]
     interpolation: Interpolation,
     /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
-    #[arg(long, value_name = "RATE")]
+    #[arg(long, value_name = "RATE", help_heading = "Scene and view")]
     fps: Option<Rate>,
     /// Length of the reference's occlusion rays in metres; as `encode` has it if not given.
-    #[arg(long, value_name = "M", value_parser = args::distance)]
+    #[arg(long, value_name = "M", value_parser = args::distance, help_heading = "Ray-traced ambient occlusion")]
     distance: Option<f32>,
     /// Rays a pixel of the reference.
     #[arg(long, value_name = "COUNT", default_value_t = RAYS,
-        value_parser = clap::value_parser!(u32).range(2..=65_536))]
+        value_parser = clap::value_parser!(u32).range(2..=65_536), help_heading = "Ray-traced ambient occlusion")]
     rays: u32,
     #[command(flatten)]
     path: path::PathArgs,
     /// What draws.
-    #[arg(long, default_value = "auto")]
+    #[arg(long, default_value = "auto", help_heading = "Output")]
     backend: Backend,
     #[command(flatten)]
     limits: LimitArgs,
     /// Write ambient occlusion alone, as a gray picture.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     ao_only: bool,
     /// The PNG file; `-` for standard output. Missing folders are made.
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]

@@ -15,10 +15,10 @@ pub enum Overflow {
     )]
     #[default]
     Chain,
-    /// It is discarded and counted, as in the paper.
+    /// It is discarded and counted, as in PSAO.
     #[cfg_attr(
         feature = "cli",
-        value(help = "It is discarded, as in the paper, and counted")
+        value(help = "It is discarded, as in PSAO, and counted")
     )]
     Drop,
 }

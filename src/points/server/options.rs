@@ -10,7 +10,7 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Space {
-    /// The shape of the last frame: points move through the grid, as in the paper.
+    /// The shape of the last frame: points move through the grid, as in PSAO.
     #[default]
     Posed,
     /// The rest pose: points never move, and the client looks fragments up by their rest position.
@@ -36,7 +36,7 @@ pub struct Options {
     pub overflow: Overflow,
     pub space: Space,
     /// Points with an AO below so many steps of 1/255 are left out, and so are those that close
-    /// surfaces hide ([`super::hidden`]); 0 keeps all points, as in the paper.
+    /// surfaces hide ([`super::hidden`]); 0 keeps all points, as in PSAO.
     pub min_ao: u8,
     pub seed: u64,
     /// Skip points outside the client's extended field of view.
