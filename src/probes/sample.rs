@@ -3,7 +3,7 @@
 //! (`spec/probes.md` §12), whose query vectors hold it, and its twin on a device.
 //!
 //! Everything is in grid space ([`super::lattice`]). Two interpolations: [`trilinear`], which a
-//! texture unit does, and [`visibility-weighted`], which keeps light from coming through walls. Both are
+//! texture unit does, and [`visibility_weighted`], which keeps light from coming through walls. Both are
 //! means of the probes' expansions, so that what is non-negative at every probe is so in between.
 
 use super::ggx;

@@ -6,7 +6,7 @@
 //! - [`shape`]: an instance as it is placed, its vertices welded by position and normal.
 //! - [`place`]: samples on the faces, at most so many a face. [`crate::obscurance`] traces them; those
 //!   inside geometry are left out.
-//! - [`fit`]: the values that minimise the error over the surface plus what they bend across edges
+//! - [`fit()`]: the values that minimise the error over the surface plus what they bend across edges
 //!   ([`energy`], [`hinge`]), within 0..=1 ([`bounded`]), by a sparse Cholesky factor ([`sparse`],
 //!   [`dissect`], [`cholesky`]). [`fill`] gives values to vertices that no sample says anything of.
 //! - [`resample`]: values of a lower level of detail from those of the full mesh.

@@ -1,5 +1,5 @@
 //! Query vectors: streams, and what a sampler must find in them. Those of points are made here, with
-//! intervals from [`super::sampling`]; those of probes in [`probes`].
+//! intervals from `oracle.rs`; those of probes in `probes/`.
 
 mod content;
 mod geometry;
