@@ -767,7 +767,7 @@ fn query_answers_outside_their_intervals_fail() {
 fn a_panic_is_a_failure_of_its_vector() {
     let mut own = Reference {
         samplers: Samplers {
-            points: Some(|_, _, _, _| panic!("on purpose")),
+            points: Some(|_, _, _, _| panic!("a fault of the decoder under test")),
             ..Samplers::default()
         },
     };

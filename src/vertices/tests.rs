@@ -59,7 +59,7 @@ fn linear_functions_are_reproduced() {
 }
 
 #[test]
-fn buried_vertices_take_the_values_of_their_neighbours() {
+fn hidden_vertices_take_the_values_of_their_neighbours() {
     let (shape, fit) = fit_function(floor(Vec3::ZERO, 8.0, 16), |p| p.x < 3.2, |_| 0.7);
     assert!(fit.report.filled.from_neighbours > 100);
     assert_eq!(fit.report.filled.from_default, 0);
