@@ -158,7 +158,11 @@ pub fn bake(
     let instances = surfaces
         .par_iter()
         .zip(&gathers)
-        .map(|((shape, sites), gathers)| fit_instance(shape, sites, gathers, settings))
+        .map(|((shape, sites), gathers)| {
+            let signals = settings.kernels.len();
+            let samples = valid_samples(sites, gathers, signals);
+            fit_instance(shape, sites.len(), samples, signals, settings.alpha)
+        })
         .collect();
     seconds.fit = begin.elapsed().as_secs_f64();
     Ok((Bake { instances }, seconds))
@@ -175,29 +179,26 @@ pub fn trace(obscurance: &Obscurance, pose: &Pose, instance: usize, sites: &[Sit
         .collect()
 }
 
-fn fit_instance(
+/// The bake of an instance from those of its `placed` samples that have values.
+fn fit_instance<'a>(
     shape: &Shape,
-    sites: &[Site],
-    gathers: &[Gather],
-    settings: &Settings,
+    placed: usize,
+    samples: impl Iterator<Item = Sample<'a>> + Clone,
+    signals: usize,
+    alpha: f64,
 ) -> InstanceBake {
-    let signals = settings.kernels.len();
-    let samples = valid_samples(sites, gathers, signals);
     let valid = samples.clone().count();
     let default = mean(samples.clone(), signals);
-    let fit = fit(shape, samples, signals, settings.alpha, &default);
+    let fit = fit(shape, samples, signals, alpha, &default);
+    let values = fit.values.iter();
     InstanceBake {
-        values: fit
-            .values
-            .iter()
-            .map(|all| of_vertices(shape, all))
-            .collect(),
+        values: values.map(|all| of_vertices(shape, all)).collect(),
         report: Report {
             vertices: shape.variable_of.len(),
             variables: shape.variables(),
             triangles: shape.receives.iter().filter(|receives| **receives).count(),
-            samples: sites.len(),
-            invalid: sites.len() - valid,
+            samples: placed,
+            invalid: placed - valid,
             fit: fit.report,
         },
     }

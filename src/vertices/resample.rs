@@ -4,8 +4,7 @@
 //! the full mesh, and a fit of its own makes vertices of them. Taking values at its vertices alone
 //! is worse, for the same reason as in the bake.
 
-use super::fit::fit;
-use super::{InstanceBake, Report, Sample, Sampling, Shape, mean, of_vertices, place};
+use super::{InstanceBake, Sample, Sampling, Shape, fit_instance, place};
 use crate::scene::{Pose, Scene};
 use crate::trace::offset::offset_origin;
 use crate::trace::{Hit, Ray, Tracer};
@@ -68,29 +67,14 @@ pub fn resample(
         let values = values.as_deref()?;
         Some(Sample { site, values })
     });
-    let default = mean(samples.clone(), values.len());
-    let fit = fit(
+    let signals = values.len();
+    Ok(fit_instance(
         &shape,
-        samples.clone(),
-        values.len(),
+        sites.len(),
+        samples,
+        signals,
         settings.alpha,
-        &default,
-    );
-    Ok(InstanceBake {
-        values: fit
-            .values
-            .iter()
-            .map(|all| of_vertices(&shape, all))
-            .collect(),
-        report: Report {
-            vertices: shape.variable_of.len(),
-            variables: shape.variables(),
-            triangles: shape.receives.iter().filter(|receives| **receives).count(),
-            samples: sites.len(),
-            invalid: sites.len() - samples.count(),
-            fit: fit.report,
-        },
-    })
+    ))
 }
 
 /// The hit on the source nearest along the normal, before or behind the point, on a side that faces
