@@ -127,7 +127,7 @@ pub fn warn(text: &str) {
     }
 }
 
-/// Writes a line about progress to stderr, where it is no terminal.
+/// Writes a line about progress to stderr. One that is closed is no failure.
 pub fn progress_line(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -15,9 +15,6 @@ const INTERVAL: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
-    label: String,
-    total: u64,
-    start: Instant,
     /// When the last line was written; none on a terminal, where the bar is.
     last_line: Option<Mutex<Instant>>,
 }
@@ -37,13 +34,9 @@ impl Progress {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(label.to_string());
-        let start = Instant::now();
         Progress {
             bar,
-            label: label.to_string(),
-            total,
-            start,
-            last_line: (!terminal).then(|| Mutex::new(start)),
+            last_line: (!terminal).then(|| Mutex::new(Instant::now())),
         }
     }
 
@@ -65,7 +58,7 @@ impl Progress {
 
     /// Prints a line on stderr, above the bar if there is one.
     pub fn line(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| output::progress_line(line));
     }
 
     /// Moves to `position`; may be called from any thread.
@@ -80,12 +73,8 @@ impl Progress {
         };
         if last.elapsed() >= INTERVAL {
             *last = Instant::now();
-            let line = line(
-                &self.label,
-                self.bar.position(),
-                self.total,
-                self.start.elapsed(),
-            );
+            let (position, total) = (self.bar.position(), self.bar.length().unwrap_or(0));
+            let line = line(&self.bar.message(), position, total, self.bar.elapsed());
             output::progress_line(&line);
         }
     }
