@@ -221,9 +221,12 @@ impl<'s> Stream<'s> {
         out: &mut Vec<u8>,
     ) -> Result<Self> {
         let source = points::source::Source::with_server(&world, server, 0)?;
-        Self::with_sources(world, vec![Box::new(source)], startup_time, job, out)
+        let sources: Vec<Box<dyn Source>> = vec![Box::new(source)];
+        check_tracks(&world.scene().name, &tracks_of(&sources), &job.limits)?;
+        Self::with_sources(world, sources, startup_time, job, out)
     }
 
+    /// Writes the first frame of sources that have started and whose tracks are within the limits.
     fn with_sources(
         world: World<'s>,
         sources: Vec<Box<dyn Source>>,
@@ -232,7 +235,6 @@ impl<'s> Stream<'s> {
         out: &mut Vec<u8>,
     ) -> Result<Self> {
         let scene = world.scene();
-        check_tracks(&scene.name, &tracks_of(&sources), &job.limits)?;
         let config = EncoderConfig {
             tick_rate: job.rate,
             limits: job.limits,

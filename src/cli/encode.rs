@@ -48,7 +48,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         let text = "standard output can have the stream (-o -) or the figures (--json), not both";
         return Err(Error::Usage(text.into()));
     }
-    given.warn_without_effect(&args.encode.active());
+    let active = args.encode.active();
+    given.warn_without_effect(&active);
     let colors = args.encode.model.contains(&Model::Probes);
     let scene = args.scene.open(colors)?;
     let job = args.encode.job(&scene, &args.scene.view)?;
@@ -59,14 +60,18 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let mut sink = Sink::create(&args.output)?;
     let mut bytes = Vec::new();
     let mut written = 0;
+    let mut write = |bytes: &mut Vec<u8>| {
+        written += bytes.len() as u64;
+        sink.write(bytes)?;
+        bytes.clear();
+        Ok::<_, Error>(())
+    };
     let frames = job.frames;
     let camera = args.scene.view.describe(&scene, &job.view);
     let mut stream = job::start(&scene, job, &mut bytes)?;
     let bar = Progress::new("Encoding frames", frames as u64);
     loop {
-        sink.write(&bytes)?;
-        written += bytes.len() as u64;
-        bytes.clear();
+        write(&mut bytes)?;
         bar.step(1);
         if stream.next_frame(&mut bytes)?.is_none() {
             break;
@@ -74,14 +79,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     drop(bar);
     let report = stream.finish(&mut bytes)?;
-    let written = written + bytes.len() as u64;
-    sink.write(&bytes)?;
+    write(&mut bytes)?;
     sink.finish()?;
     if args.json {
         output::print_report(&report)?;
     } else {
         let mut text = summary(&report, written, clock.elapsed().as_secs_f64());
-        if args.encode.active().contains(&effects::VISIBILITY) {
+        if active.contains(&effects::VISIBILITY) {
             text += &format!("updated where seen by {camera}\n");
         }
         output::print_about(&args.output, &text)?;
