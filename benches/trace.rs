@@ -14,6 +14,7 @@
 //! skinned meshes at rest, on both sides. Times are the
 //! greatest processor time of a thread, least of several runs, ours and Embree's in turn.
 
+use dapple::rng::Rng;
 use dapple::scene::{Alpha, Instance, Material, Mesh, Pose, Scene};
 use dapple::trace::sampler::{Frame, Patterns};
 use dapple::trace::{Ray, Tracer, offset};
@@ -288,19 +289,6 @@ fn opaque(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Splitmix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// Points spread evenly by area over all instances, in the order of the surface, as a server holds
 /// them.
 fn points(scene: &Scene, pose: &Pose) -> Vec<Point> {
@@ -317,13 +305,13 @@ fn points(scene: &Scene, pose: &Pose) -> Vec<Point> {
             }
         }
     }
-    let mut r = Random(1);
+    let mut r = Rng::new(1);
     (0..ORIGINS)
         .map(|i| {
-            let at = (i as f64 + r.unit()) / ORIGINS as f64 * total;
+            let at = (i as f64 + r.unit_f64()) / ORIGINS as f64 * total;
             let found = all.partition_point(|x| x.0 < at).min(all.len() - 1);
             let (_, [a, b, c], n) = all[found];
-            let (mut u, mut v) = (r.unit() as f32, r.unit() as f32);
+            let (mut u, mut v) = (r.unit_f64() as f32, r.unit_f64() as f32);
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
@@ -360,9 +348,9 @@ fn grouped(tracer: &Tracer, points: &[Point]) -> Vec<Ray> {
 /// As many rays with as many origins: ray k of a point, the points in random order for every k.
 fn random(tracer: &Tracer, points: &[Point]) -> Vec<Ray> {
     let mut rays = grouped(tracer, points);
-    let mut r = Random(2);
+    let mut r = Rng::new(2);
     for i in (1..rays.len()).rev() {
-        rays.swap(i, (r.unit() * (i + 1) as f64) as usize);
+        rays.swap(i, (r.unit_f64() * (i + 1) as f64) as usize);
     }
     rays
 }

@@ -19,6 +19,7 @@
 //! tracing, seconds of processor time of all threads together stand beside it (Linux only).
 
 use dapple::obscurance::{Gather, Obscurance};
+use dapple::rng::Rng;
 use dapple::scene::{Pose, Scene};
 use dapple::trace::Tracer;
 use dapple::vertices::{self, Settings, Shape, Site, baseline, place};
@@ -242,15 +243,15 @@ fn points(scene: &Scene, shapes: &[Shape], count: usize) -> Vec<(usize, Site)> {
             }
         }
     }
-    let mut random = Random(1);
+    let mut random = Rng::new(1);
     let mut points = Vec::with_capacity(count);
     for i in 0..count {
-        let at = (i as f64 + random.unit()) / count as f64 * total;
+        let at = (i as f64 + random.unit_f64()) / count as f64 * total;
         let found = running
             .partition_point(|r| r.0 <= at)
             .min(running.len() - 1);
         let (_, instance, t) = running[found];
-        let (mut u, mut v) = (random.unit() as f32, random.unit() as f32);
+        let (mut u, mut v) = (random.unit_f64() as f32, random.unit_f64() as f32);
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
@@ -264,7 +265,7 @@ fn points(scene: &Scene, shapes: &[Shape], count: usize) -> Vec<(usize, Site)> {
                 u,
                 v,
                 area: 0.0,
-                seed: (random.unit() * 4e9) as u32,
+                seed: (random.unit_f64() * 4e9) as u32,
             },
         ));
     }
@@ -312,17 +313,4 @@ fn processor_seconds() -> f64 {
     let after_name = stat.rsplit(") ").next().unwrap_or_default();
     let fields = after_name.split(' ').skip(11).take(2);
     fields.filter_map(|f| f.parse::<f64>().ok()).sum::<f64>() / 100.0
-}
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }
