@@ -10,7 +10,6 @@ use dapple::codec::points::{Bucket, Cell, EMPTY, Grid, PointWidths};
 use dapple::codec::{Compression, Limits, StateDigest, TickRate};
 use dapple::models::ModelOptions;
 use dapple::points::place::Density;
-use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::{Options, Server, Space};
 use dapple::points::source::{self, Source};
 use dapple::points::store::Overflow;
@@ -921,43 +920,15 @@ fn sampling_error(scene: &Scene, candidates: f32) -> f64 {
     let mut rng = Rng::new(9);
     let (mut sum, mut samples) = (0.0, 0);
     for track in server.tracks() {
-        let mesh = &scene.meshes[scene.instances[track.instance].mesh];
         for k in 0..400 {
-            let (mut u, mut v) = (rng.unit(), rng.unit());
-            if u + v > 1.0 {
-                (u, v) = (1.0 - u, 1.0 - v);
-            }
-            let at = scene.surface(
-                server.world.pose(),
-                track.instance,
-                k % mesh.triangles.len(),
-                u,
-                v,
-            );
-            let (p, n) = (at.position, at.normal);
-            let truth = server.world.tracer().ambient_occlusion(
-                p,
-                at.geometric_normal,
-                n,
-                256,
-                options.distance,
-                k as u32,
-            );
+            let at = server.random_surface(track.instance, k, &mut rng);
+            let truth = server.traced_ao(&at, options.distance, k);
             // What no ray leaves cannot be seen.
             if truth == 0.0 {
                 continue;
             }
-            let store = &track.store;
-            let (x, n) = to_grid(store.grid(), at.mesh_position, at.mesh_normal);
-            let found = sample(
-                store.grid(),
-                store.buckets(),
-                store.cells(),
-                x,
-                n,
-                Fallback::Fill,
-            );
-            sum += (found.ao - truth).abs() as f64;
+            let found = server.sampled_ao(track, &at);
+            sum += (found - truth).abs() as f64;
             samples += 1;
         }
     }

@@ -6,7 +6,6 @@ use dapple::client::Client;
 use dapple::codec::Limits;
 use dapple::models::ModelOptions;
 use dapple::points::place::Density;
-use dapple::points::sample::{Fallback, sample, to_grid};
 use dapple::points::server::Options;
 use dapple::rng::Rng;
 use dapple::scene::{ChannelValues, Interpolation, Scene};
@@ -30,37 +29,14 @@ fn errors(server: &Served, instance: usize, seen: impl Fn(Vec3) -> bool) -> Vec<
         .iter()
         .find(|t| t.instance == instance)
         .expect("the instance has points");
-    let triangles = scene.meshes[scene.instances[instance].mesh].triangles.len();
     let mut rng = Rng::new(5);
     let mut errors = Vec::new();
     for k in 0..2000 {
-        let (mut u, mut v) = (rng.unit(), rng.unit());
-        if u + v > 1.0 {
-            (u, v) = (1.0 - u, 1.0 - v);
+        let at = server.random_surface(instance, k, &mut rng);
+        if seen(at.position) {
+            let truth = server.traced_ao(&at, 0.6 * scene.length_scale(), k);
+            errors.push(server.sampled_ao(track, &at) - truth);
         }
-        let at = scene.surface(server.world.pose(), instance, k % triangles, u, v);
-        if !seen(at.position) {
-            continue;
-        }
-        let truth = server.world.tracer().ambient_occlusion(
-            at.position,
-            at.geometric_normal,
-            at.normal,
-            256,
-            0.6 * scene.length_scale(),
-            k as u32,
-        );
-        let store = &track.store;
-        let (x, n) = to_grid(store.grid(), at.mesh_position, at.mesh_normal);
-        let found = sample(
-            store.grid(),
-            store.buckets(),
-            store.cells(),
-            x,
-            n,
-            Fallback::Fill,
-        );
-        errors.push(found.ao - truth);
     }
     errors
 }

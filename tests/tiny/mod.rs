@@ -3,11 +3,13 @@
 // Each test program uses a part of it.
 #![allow(dead_code)]
 
-use dapple::points::server::{Options, Server, Tick};
+use dapple::points::sample::{Fallback, sample, to_grid};
+use dapple::points::server::{Options, Server, Tick, Track};
+use dapple::rng::Rng;
 use dapple::scene::camera::look_at;
 use dapple::scene::{
     Camera, Channel, ChannelValues, Instance, Interpolation, Material, Mesh, MorphTarget, Node,
-    Scene,
+    Scene, Surface,
 };
 use dapple::world::World;
 use glam::{Quat, Vec3};
@@ -212,6 +214,32 @@ impl<'s> Served<'s> {
     pub fn tick(&mut self, time: f64, camera: Option<&dapple::scene::CameraPose>) -> Tick {
         self.world.camera = camera.copied();
         self.server.advance(&mut self.world, time)
+    }
+
+    /// A random place on triangle `k` of an instance, counted round its mesh.
+    pub fn random_surface(&self, instance: usize, k: usize, rng: &mut Rng) -> Surface {
+        let scene = self.world.scene();
+        let triangles = scene.meshes[scene.instances[instance].mesh].triangles.len();
+        let (mut u, mut v) = (rng.unit(), rng.unit());
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        scene.surface(self.world.pose(), instance, k % triangles, u, v)
+    }
+
+    /// Ray-traced AO within `distance` metres.
+    pub fn traced_ao(&self, at: &Surface, distance: f32, seed: usize) -> f32 {
+        let (position, face) = (at.position, at.geometric_normal);
+        let tracer = self.world.tracer();
+        tracer.ambient_occlusion(position, face, at.normal, 256, distance, seed as u32)
+    }
+
+    /// AO as a client samples it from the points of a track.
+    pub fn sampled_ao(&self, track: &Track, at: &Surface) -> f32 {
+        let store = &track.store;
+        let (grid, buckets, cells) = (store.grid(), store.buckets(), store.cells());
+        let (x, n) = to_grid(grid, at.mesh_position, at.mesh_normal);
+        sample(grid, buckets, cells, x, n, Fallback::Fill).ao
     }
 }
 
