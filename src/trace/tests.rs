@@ -1,29 +1,23 @@
 //! The tracer against a loop over all triangles, and against geometry that can be reckoned by hand.
 
 use super::*;
+use crate::rng::Rng;
 use crate::scene::{Alpha, Deformed, Instance, Material, Mesh, Texture};
 use glam::{Mat3, Quat, Vec2};
 
-/// Small deterministic random numbers (splitmix64).
-struct Random(u64);
+/// Random numbers of the shapes that the tests need.
+struct Random(Rng);
 
 impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
     fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
+        (self.0.draw() % n as u64) as usize
     }
     /// In -1..1.
     fn signed(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+        (self.0.draw() >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     }
     fn unit(&mut self) -> f32 {
-        (self.bits() >> 40) as f32 / (1u64 << 24) as f32
+        self.0.unit()
     }
     fn vec(&mut self) -> Vec3 {
         Vec3::new(self.signed(), self.signed(), self.signed())
@@ -288,7 +282,7 @@ fn nasty_transform(r: &mut Random) -> Affine3A {
 
 /// Runs `check` on nasty rays; returns how many hit.
 fn for_nasty_rays(rays: usize, mut check: impl FnMut(&mut Tracer, &Ray) -> bool) -> usize {
-    let mut r = Random(7);
+    let mut r = Random(Rng::new(7));
     let mut hits = 0;
     let rounds = 80;
     for round in 0..rounds {
@@ -375,7 +369,7 @@ fn exact(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<(f64, f64)> {
 
 #[test]
 fn agrees_with_double_precision() {
-    let mut r = Random(3);
+    let mut r = Random(Rng::new(3));
     let corners: Vec<[Vec3; 3]> = (0..300)
         .map(|_| {
             let a = r.vec();
@@ -423,7 +417,7 @@ fn ties_go_to_the_lowest_instance_and_triangle() {
     twice.materials.extend(twice.materials.clone());
     let (scene, pose) = scene(vec![twice], &[(0, Affine3A::IDENTITY); 3]);
     let tracer = Tracer::new(&scene, &pose);
-    let mut r = Random(1);
+    let mut r = Random(Rng::new(1));
     for _ in 0..1000 {
         let origin = Vec3::new(0.99 * r.signed(), 1.0, 0.99 * r.signed());
         let hit = tracer
@@ -440,7 +434,7 @@ fn ties_go_to_the_lowest_instance_and_triangle() {
 
 #[test]
 fn ambient_occlusion_is_the_share_of_single_rays() {
-    let mut r = Random(11);
+    let mut r = Random(Rng::new(11));
     let meshes = nasty_meshes(&mut r);
     let placed: Vec<_> = (0..20)
         .map(|_| (2 + r.below(6), nasty_transform(&mut r)))
@@ -490,7 +484,7 @@ fn points_on(mesh: &Mesh, to: &Affine3A, r: &mut Random) -> Option<(Vec3, Vec3)>
 
 #[test]
 fn convex_surfaces_never_shade_themselves() {
-    let mut r = Random(5);
+    let mut r = Random(Rng::new(5));
     let meshes = [
         quad(50.0, 3),
         quad(0.3, 8),
@@ -518,7 +512,7 @@ fn convex_surfaces_never_shade_themselves() {
 
 #[test]
 fn a_millimetre_crevice_is_dark() {
-    let mut r = Random(9);
+    let mut r = Random(Rng::new(9));
     let floor = quad(2.0, 4);
     let half = Vec3::new(1.0, 0.1, 1.0);
     for far in [0.0, 10.0, 100.0, 200.0] {
@@ -575,7 +569,7 @@ fn occlusion_matches_a_closed_form() {
 
 #[test]
 fn poses_are_followed() {
-    let mut r = Random(21);
+    let mut r = Random(Rng::new(21));
     let meshes = vec![sphere(0.5, 6), cuboid(Vec3::ONE), quad(3.0, 4)];
     let placed: Vec<_> = (0..12).map(|i| (i % 3, nasty_transform(&mut r))).collect();
     let (scene, first) = scene(meshes, &placed);
@@ -770,7 +764,7 @@ fn what_cannot_be_traced_is_not_hit() {
 
 #[test]
 fn within_never_misses() {
-    let mut r = Random(31);
+    let mut r = Random(Rng::new(31));
     let meshes = nasty_meshes(&mut r);
     let placed: Vec<_> = (0..8)
         .map(|i| (2 + i % 6, nasty_transform(&mut r)))
@@ -796,7 +790,7 @@ fn within_never_misses() {
 
 #[test]
 fn threads_change_nothing() {
-    let mut r = Random(41);
+    let mut r = Random(Rng::new(41));
     let meshes = nasty_meshes(&mut r);
     let placed: Vec<_> = (0..20)
         .map(|_| (2 + r.below(6), nasty_transform(&mut r)))
@@ -844,7 +838,7 @@ fn real_scenes_lose_no_hit() {
         let mut tracer = Tracer::new(&scene, &scene.pose(0.0));
         let pose = scene.pose(time);
         tracer.update(&pose);
-        let mut r = Random(51);
+        let mut r = Random(Rng::new(51));
         let mut hits = 0;
         for _ in 0..rays {
             let instance = r.below(scene.instances.len());

@@ -15,7 +15,7 @@ pub fn corners(instance: usize, shape: &Shape) -> Vec<Site> {
     let triangles = (0..shape.triangles.len()).filter(|&t| shape.receives[t]);
     triangles
         .flat_map(|t| {
-            let shift = super::place::mix((instance as u64) << 32 | t as u64);
+            let shift = super::place::face_seed(instance, t);
             (0..3).map(move |corner| {
                 let mut weights = [INSET / 3.0; 3];
                 weights[corner] = 1.0 - 2.0 * INSET / 3.0;

@@ -1,8 +1,8 @@
 //! Where on the faces obscurance is sampled.
 
 use super::shape::Shape;
-use crate::scene::Pose;
-use crate::scene::{Alpha, Scene, Surface};
+use crate::rng::Rng;
+use crate::scene::{Alpha, Pose, Scene, Surface};
 
 /// How many samples a face takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub fn place(scene: &Scene, instance: usize, shape: &Shape, sampling: Sampling) 
         let count = (wanted as u32).clamp(1, sampling.max_per_face.max(1));
         let material = scene.material_of(instance, t);
         let masked = material.is_some_and(|m| matches!(m.alpha, Alpha::Mask { .. }));
-        let shift = mix((instance as u64) << 32 | t as u64);
+        let shift = face_seed(instance, t);
         for k in 0..count {
             let (u, v) = on_triangle(lattice(k, count, shift));
             if masked && scene.alpha_is_hole(mesh, t, u, v) {
@@ -101,10 +101,7 @@ fn on_triangle([a, b]: [f64; 2]) -> (f32, f32) {
     ((r * (1.0 - b)) as f32, (r * b) as f32)
 }
 
-/// Mixes 64 bits (SplitMix64; Steele, Lea and Flood 2014).
-pub(super) fn mix(x: u64) -> u64 {
-    let z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+/// Random bits of a face, the same whatever else is in the scene.
+pub(super) fn face_seed(instance: usize, triangle: usize) -> u64 {
+    Rng::new((instance as u64) << 32 | triangle as u64).draw()
 }

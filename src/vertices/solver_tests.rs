@@ -5,10 +5,11 @@ use super::cholesky::Factor;
 use super::dissect::Tree;
 use super::energy::{Energy, PULL, Sample};
 use super::hinge::hinges;
-use super::place::{Site, mix};
+use super::place::Site;
 use super::shape::Shape;
 use super::sparse::{Builder, Symmetric};
 use crate::obscurance::shapes::{flat, scene};
+use crate::rng::Rng;
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3, Vec3};
 
@@ -17,7 +18,7 @@ struct Random(u64);
 impl Random {
     fn unit(&mut self) -> f64 {
         self.0 += 1;
-        (mix(self.0) >> 11) as f64 / (1u64 << 53) as f64
+        Rng::new(self.0).unit_f64()
     }
     fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
