@@ -57,6 +57,7 @@ pub(crate) enum ErrorKind {
     VolumeVisibility = 2025,
     VolumeSteps = 2026,
     TrackModel = 2027,
+    Signals = 2028,
 
     PointsSize = 3001,
     PointsReserved = 3002,
@@ -347,6 +348,11 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         ErrorKind::TrackModel,
         "track-model",
         "a record names a track of another model",
+    ),
+    (
+        ErrorKind::Signals,
+        "signals",
+        "the signals of a track, their kernels and their share contradict each other or are out of range",
     ),
     (
         ErrorKind::PointsSize,

@@ -7,6 +7,7 @@
 pub(crate) mod payload_header;
 pub mod points;
 pub mod probes;
+pub mod signals;
 pub(crate) mod state;
 
 use alloc::vec::Vec;
