@@ -76,16 +76,19 @@ pub(crate) struct Reader<'a> {
     taken: usize,
     range: u32,
     code: u32,
+    /// The model's error for bytes that no writer writes.
+    fault: ErrorKind,
 }
 
 impl<'a> Reader<'a> {
     /// A reader of `bytes`.
     ///
     /// # Errors
-    /// [`ErrorKind::ProbesEntropy`] where the code is not below the range, which no writer writes.
+    /// `fault` where the code is not below the range, which no writer writes.
     pub(crate) fn new(
         bytes: &'a [u8],
         contexts: &'a mut [Context],
+        fault: ErrorKind,
     ) -> Result<Reader<'a>, ErrorKind> {
         let mut reader = Reader {
             contexts,
@@ -93,13 +96,14 @@ impl<'a> Reader<'a> {
             taken: 0,
             range: u32::MAX,
             code: 0,
+            fault,
         };
         for _ in 0..CODE_BYTES {
             reader.code = reader.code << 8 | reader.byte();
         }
         match reader.code < reader.range {
             true => Ok(reader),
-            false => Err(ErrorKind::ProbesEntropy),
+            false => Err(fault),
         }
     }
 
@@ -129,12 +133,12 @@ impl<'a> Reader<'a> {
     }
 
     /// The bytes were read neither by more than `code` holds, nor in part.
-    pub(crate) fn end(&self, fault: ErrorKind) -> Result<(), ErrorKind> {
+    pub(crate) fn end(&self) -> Result<(), ErrorKind> {
         let whole = self.bytes.len() <= self.taken;
         if whole && self.taken <= self.bytes.len() + CODE_BYTES {
             Ok(())
         } else {
-            Err(fault)
+            Err(self.fault)
         }
     }
 }
@@ -327,10 +331,11 @@ mod tests {
                     code(&mut writer, &bits);
                     writer.end();
                     let mut contexts = [Context::new(initial); 4];
-                    let mut reader = Reader::new(&bytes[1..], &mut contexts).unwrap();
+                    let mut reader =
+                        Reader::new(&bytes[1..], &mut contexts, ErrorKind::ProbesEntropy).unwrap();
                     let unknown: Vec<_> = bits.iter().map(|&(sort, _)| (sort, false)).collect();
                     assert_eq!(code(&mut reader, &unknown), bits);
-                    assert_eq!(reader.end(ErrorKind::ProbesEntropy), Ok(()));
+                    assert_eq!(reader.end(), Ok(()));
                     assert_eq!(bytes[0], 7, "a carry left its bytes");
                     // Entropy, plus what an estimate that never rests wastes, plus the start.
                     let entropy = |one: u32| {
@@ -364,7 +369,7 @@ mod tests {
             writer.end();
             let taken = {
                 let mut own = contexts;
-                let mut reader = Reader::new(&bytes, &mut own).unwrap();
+                let mut reader = Reader::new(&bytes, &mut own, ErrorKind::ProbesEntropy).unwrap();
                 code(&mut reader, &bits);
                 reader.taken
             };
@@ -372,9 +377,9 @@ mod tests {
                 let mut cut = bytes.clone();
                 cut.resize(length, 0);
                 let mut own = contexts;
-                let mut reader = Reader::new(&cut, &mut own).unwrap();
+                let mut reader = Reader::new(&cut, &mut own, ErrorKind::ProbesEntropy).unwrap();
                 let got = code(&mut reader, &bits);
-                let ended = reader.end(ErrorKind::ProbesEntropy).is_ok();
+                let ended = reader.end().is_ok();
                 if length >= bytes.len() {
                     assert_eq!(got, bits);
                     assert_eq!(ended, length <= taken);
@@ -400,9 +405,9 @@ mod tests {
                 })
                 .collect();
             let mut contexts = [Context(SURE as u16)];
-            let mut reader = Reader::new(&bytes, &mut contexts).unwrap();
+            let mut reader = Reader::new(&bytes, &mut contexts, ErrorKind::ProbesEntropy).unwrap();
             let mut other = [Context(SURE as u16)];
-            let mut single = Reader::new(&bytes, &mut other).unwrap();
+            let mut single = Reader::new(&bytes, &mut other, ErrorKind::ProbesEntropy).unwrap();
             for _ in 0..200 {
                 let most = 1 + (draw(&mut state) >> (draw(&mut state) % 32)) as usize % 100_000;
                 let taken = reader.zeros(most);

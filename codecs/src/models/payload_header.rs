@@ -79,6 +79,23 @@ impl PayloadHeader {
         })
     }
 
+    /// Reads the sixteen bytes of a model whose records replace all content of their tracks: a delta
+    /// is an error of what has to be 0 or 1.
+    #[allow(dead_code)] // Until the first model that needs it.
+    pub(crate) fn read_keyframe(
+        payload: &[u8],
+        errors: ShapeErrors,
+    ) -> Result<PayloadHeader, ErrorKind> {
+        let base = Base {
+            emptied: true,
+            last_frame: None,
+        };
+        PayloadHeader::read(payload, base, errors).map_err(|fault| match fault {
+            ErrorKind::MissingBase => errors.reserved,
+            fault => fault,
+        })
+    }
+
     /// Bytes up to the end of the table.
     pub(crate) fn bytes(&self) -> usize {
         HEADER_BYTES + self.count * ENTRY_BYTES

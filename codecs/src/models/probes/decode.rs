@@ -240,7 +240,8 @@ fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, 
         Coding::Raw => raw::read(bytes, &mut state.next, &mut state.changed),
         Coding::Packed(steps) => {
             let mut contexts = contexts::initial();
-            entropy::Reader::new(bytes, &mut contexts).and_then(|mut reader| {
+            let fault = ErrorKind::ProbesEntropy;
+            entropy::Reader::new(bytes, &mut contexts, fault).and_then(|mut reader| {
                 let mut walk = packed::Walk {
                     probes: &mut state.next,
                     present: (!keyframe).then_some(&state.present),
@@ -249,7 +250,7 @@ fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, 
                 };
                 let scales = Scales::new(&steps);
                 let changed = packed::code(&mut reader, &state.volume, &scales, None, &mut walk)?;
-                reader.end(ErrorKind::ProbesEntropy)?;
+                reader.end()?;
                 Ok(changed)
             })
         }
