@@ -6,6 +6,7 @@
 
 pub mod client;
 pub mod error;
+pub mod instances;
 pub mod points;
 pub mod probes;
 pub mod rng;

@@ -13,6 +13,7 @@
 //! - [`kernel`]: from distance to visibility.
 //! - [`gather`]: the rays of a point on a surface and of a point in space, and which points are
 //!   inside geometry.
+//! - [`sphere`]: obscurance about a point in space, for any normal.
 //! - [`artist`]: how two distances become the one value that a picture shows.
 //!
 //! What stops a ray is what stops it in [`crate::trace`]: MASK materials have holes, BLEND materials
@@ -21,6 +22,7 @@
 pub mod artist;
 pub mod gather;
 pub mod kernel;
+pub mod sphere;
 
 #[cfg(test)]
 pub(crate) mod shapes;

@@ -94,6 +94,37 @@ fn points_above_a_plane_see_its_integral() {
     });
 }
 
+/// A single plane below is exact in degree 1 for the cut-off of ambient occlusion far away: half the sphere is open
+/// (section 2.3). For distances in between the expansion stays near what rays about each normal find.
+#[test]
+fn expansion_above_a_plane_follows_the_normal() {
+    let (scene, pose) = scene(vec![plane()]);
+    with(&scene, &pose, 4096, |obscurance| {
+        let p = Vec3::new(0.1, 1e-3, 0.2);
+        let (expansions, gather) = obscurance.about_point(p, 3);
+        assert_eq!(expansions[2][0], gather.values[2]);
+        for normal in [Vec3::Y, Vec3::X, -Vec3::Y, Vec3::new(0.6, 0.8, 0.0)] {
+            let got = sphere::evaluate(&expansions[2], normal);
+            let expected = 0.5 + 0.5 * normal.y;
+            assert!((got - expected).abs() < 5e-3, "{normal}: {got} {expected}");
+        }
+        let p = Vec3::new(0.1, 1.0, 0.2);
+        let (expansions, _) = obscurance.about_point(p, 4);
+        for normal in [Vec3::Y, Vec3::X, -Vec3::Y, Vec3::new(0.6, -0.8, 0.0)] {
+            let direct = mean(8, |seed| obscurance.about(p, normal, normal, seed));
+            for k in 0..2 {
+                let got = f64::from(sphere::evaluate(&expansions[k], normal));
+                assert!(
+                    (got - direct[k]).abs() < 0.05,
+                    "{normal} {k}: {got} {direct:?}"
+                );
+            }
+        }
+    });
+    let open = with(&scene, &pose, 8, |o| o.about_point(Vec3::NAN, 1).0);
+    assert_eq!(open[0][..2], [1.0, 0.0]);
+}
+
 #[test]
 fn closed_box_gives_the_integral_over_its_distances() {
     let (min, max) = (Vec3::new(-2.0, 0.0, -1.0), Vec3::new(3.0, 2.5, 1.5));
