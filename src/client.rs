@@ -1,7 +1,8 @@
 //! The client: takes the bytes of a stream in, and finds what each track belongs to in a scene that
 //! the client has, too. What a model needs to draw with is a view that borrows it:
 //! [`PointsView`](crate::points::client::PointsView),
-//! [`ProbesView`](crate::probes::client::ProbesView).
+//! [`ProbesView`](crate::probes::client::ProbesView),
+//! [`InstancesView`](crate::instances::client::InstancesView).
 
 use crate::codec::{Decoder, Event, Limits, Track};
 use crate::{Error, Result};
@@ -130,7 +131,13 @@ impl Client {
         self.instances.len()
     }
 
-    /// The instance that a track belongs to; `None` for a track of the whole scene.
+    /// The mesh instances that the client has.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The instance that a track belongs to; `None` for a track of the whole scene or of all
+    /// instances of a mesh.
     pub fn instance_of(&self, track: &Track) -> Option<usize> {
         self.instance_of_track.get(&track.id).copied()
     }
@@ -141,7 +148,9 @@ impl Client {
         for live in self.decoder.tracks() {
             let target = &live.track.target;
             let Some(&instance) = self.instance_of_path.get(&target.path) else {
-                if target.path.is_empty() && target.content_hash.is_none() {
+                // Of the whole scene, or of all instances of a mesh.
+                let of_mesh = |hash| self.instances.iter().any(|i| i.content_hash == hash);
+                if target.path.is_empty() && target.content_hash.is_none_or(of_mesh) {
                     continue;
                 }
                 return Err(Error::Invalid(format!(

@@ -26,6 +26,12 @@ pub enum Buffer {
     /// [`crate::probes::State::visibility_of`] a track. An element is a byte. The array is empty where the track
     /// has no visibility block.
     ProbesVisibility,
+    /// [`crate::instances::State::keys_of`] a track. An element is a key of 8 bytes. The array is empty before
+    /// the first frame of the track.
+    InstancesKeys,
+    /// [`crate::instances::State::values_of`] a track. An element is a value of 8 bytes; an entry has one or two.
+    /// The array is empty before the first frame of the track.
+    InstancesValues,
     /// [`crate::TrackState::transform`] of a track. The array has one element of twelve f32, or none where the
     /// track has no transform.
     Transforms,
@@ -33,11 +39,13 @@ pub enum Buffer {
 
 impl Buffer {
     /// All buffers.
-    pub const ALL: [Buffer; 5] = [
+    pub const ALL: [Buffer; 7] = [
         Buffer::PointsBuckets,
         Buffer::PointsCells,
         Buffer::ProbesTexels,
         Buffer::ProbesVisibility,
+        Buffer::InstancesKeys,
+        Buffer::InstancesValues,
         Buffer::Transforms,
     ];
 
@@ -45,7 +53,7 @@ impl Buffer {
     pub fn element_bytes(self) -> usize {
         match self {
             Buffer::PointsBuckets | Buffer::PointsCells => 32,
-            Buffer::ProbesTexels => 8,
+            Buffer::ProbesTexels | Buffer::InstancesKeys | Buffer::InstancesValues => 8,
             Buffer::ProbesVisibility => 1,
             Buffer::Transforms => 48,
         }

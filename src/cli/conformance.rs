@@ -26,6 +26,7 @@ use super::progress::Progress;
 use super::{output, tell};
 use crate::codec::{Decoder, TrackState};
 use crate::files::{self, NewFile};
+use crate::instances::client::entry_of;
 use crate::points::sample::{self, Fallback};
 use crate::probes;
 use crate::probes::client::ProbesVolume;
@@ -176,6 +177,7 @@ fn program(args: &Args) -> Box<dyn Program> {
             samplers: Samplers {
                 points: Some(ambient_occlusion),
                 probes: Some(light),
+                instances: Some(instance_ambient_occlusion),
             },
         });
     };
@@ -228,6 +230,20 @@ fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 
     };
     let light = probes::sample::incoming_light(&radiance, n, v, surface.roughness);
     [light.irradiance.to_array(), light.filtered.to_array()]
+}
+
+/// AO of a mesh instance at a mesh-space position, times a local AO.
+fn instance_ambient_occlusion(
+    decoder: &Decoder,
+    live: &TrackState,
+    path: &str,
+    position: [f32; 3],
+    local: f32,
+) -> f32 {
+    match entry_of(decoder, live, path) {
+        Some(entry) => entry.ao(position, local),
+        None => local,
+    }
 }
 
 /// Writes those reports that were asked for: JSON, JUnit XML, and a web page.

@@ -74,7 +74,9 @@ struct TrackReport {
     application_id: u64,
     path: String,
     space: &'static str,
-    dims: [u16; 3],
+    /// Of a grid or a volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dims: Option<[u16; 3]>,
     #[serde(flatten)]
     model: ModelReport,
 }
@@ -103,6 +105,12 @@ enum ModelReport {
         probes: u64,
         /// Those that are not absent.
         present: u64,
+    },
+    Instances {
+        coding: &'static str,
+        signals: u8,
+        /// Entries of the table: 0 before its first frame.
+        entries: u64,
     },
 }
 
@@ -183,8 +191,16 @@ impl TrackReport {
     fn new(decoder: &Decoder, live: &TrackState) -> TrackReport {
         let track = &live.track;
         let (dims, model) = match &track.model {
-            Model::Points(grid) => (grid.dims, of_points(decoder, live, grid)),
-            Model::Probes(volume) => (volume.dims, of_probes(decoder, live, volume)),
+            Model::Points(grid) => (Some(grid.dims), of_points(decoder, live, grid)),
+            Model::Probes(volume) => (Some(volume.dims), of_probes(decoder, live, volume)),
+            Model::Instances(table) => (
+                None,
+                ModelReport::Instances {
+                    coding: track.model.coding_name(),
+                    signals: table.signals.count,
+                    entries: decoder.instances().keys_of(live).len() as u64,
+                },
+            ),
         };
         TrackReport {
             id: track.id,

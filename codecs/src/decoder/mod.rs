@@ -301,6 +301,8 @@ impl Decoder {
             (Buffer::ProbesVisibility, Some(track)) => {
                 self.probes().visibility_of(track).unwrap_or(&[])
             }
+            (Buffer::InstancesKeys, Some(track)) => cast_slice(self.instances().keys_of(track)),
+            (Buffer::InstancesValues, Some(track)) => cast_slice(self.instances().values_of(track)),
             (Buffer::Transforms, Some(track)) => match &track.transform {
                 Some(transform) => cast_slice(&transform.world_from_grid),
                 None => &[],
@@ -316,7 +318,7 @@ impl Decoder {
 
     /// Steps of work for this stream so far. A step is what takes some 10 ns: 64 bytes of state that
     /// are emptied or hashed, 16 bytes of a payload. A probe that is shown anew takes 8 steps, one
-    /// that a record changes 32 more.
+    /// that a record changes 32 more; an entry of `instances` 32.
     pub fn work(&self) -> u64 {
         self.session.work()
     }

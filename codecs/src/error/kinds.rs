@@ -58,6 +58,7 @@ pub(crate) enum ErrorKind {
     VolumeSteps = 2026,
     TrackModel = 2027,
     Signals = 2028,
+    InstancesParameters = 2030,
 
     PointsSize = 3001,
     PointsReserved = 3002,
@@ -78,6 +79,12 @@ pub(crate) enum ErrorKind {
     ProbeValue = 3103,
     ProbeCode = 3104,
     ProbesEntropy = 3105,
+
+    InstancesSize = 3301,
+    InstancesReserved = 3302,
+    InstanceKey = 3303,
+    InstanceCode = 3305,
+    InstancesEntropy = 3306,
 
     MissingBase = 4001,
     MissingGroupBase = 4002,
@@ -355,6 +362,11 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         "the signals of a track, their kernels and their share contradict each other or are out of range",
     ),
     (
+        ErrorKind::InstancesParameters,
+        "instances-parameters",
+        "the count, the exponent or the step of a table of instances is out of range",
+    ),
+    (
         ErrorKind::PointsSize,
         "points-size",
         "a points payload is shorter or longer than its counts say",
@@ -443,6 +455,31 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         ErrorKind::ProbesEntropy,
         "probes-entropy",
         "the entropy-coded bytes of a volume end too early or too late",
+    ),
+    (
+        ErrorKind::InstancesSize,
+        "instances-size",
+        "an instances payload is shorter or longer than its counts say",
+    ),
+    (
+        ErrorKind::InstancesReserved,
+        "instances-reserved",
+        "fixed or reserved bits of an instances payload are not what they must be",
+    ),
+    (
+        ErrorKind::InstanceKey,
+        "instance-key",
+        "the keys of a table of instances do not ascend or are beyond 64 bits",
+    ),
+    (
+        ErrorKind::InstanceCode,
+        "instance-code",
+        "a code of an instance is out of range",
+    ),
+    (
+        ErrorKind::InstancesEntropy,
+        "instances-entropy",
+        "the entropy-coded bytes of a table of instances end too early or too late",
     ),
     (
         ErrorKind::MissingBase,

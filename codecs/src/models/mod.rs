@@ -4,6 +4,7 @@
 //! A new model is a folder here, a line in each item of this file, and what the compiler asks for where
 //! programs tell models apart. Nothing else in this crate names a model.
 
+pub mod instances;
 pub(crate) mod payload_header;
 pub mod points;
 pub mod probes;
@@ -27,6 +28,8 @@ pub enum Model {
     Points(points::Grid),
     /// `probes` in the coding `raw` or `packed`.
     Probes(probes::Volume),
+    /// `instances` in the coding `raw` or `packed`.
+    Instances(instances::Table),
 }
 
 /// A model without parameters.
@@ -36,6 +39,8 @@ pub enum ModelKind {
     Points,
     /// `probes`: indirect light at the probes of a volume.
     Probes,
+    /// `instances`: ambient obscurance of whole mesh instances.
+    Instances,
 }
 
 /// The space that a fragment is looked up in.
@@ -84,16 +89,18 @@ pub(crate) trait Parameters {
 pub(crate) struct ModelStates {
     pub(crate) points: points::Store,
     pub(crate) probes: probes::Store,
+    pub(crate) instances: instances::Store,
 }
 
 impl ModelKind {
     /// All models, by their numbers.
-    pub const ALL: [ModelKind; 2] = [ModelKind::Points, ModelKind::Probes];
+    pub const ALL: [ModelKind; 3] = [ModelKind::Points, ModelKind::Probes, ModelKind::Instances];
 
     pub(crate) const fn descriptor(self) -> &'static Descriptor {
         match self {
             ModelKind::Points => &points::DESCRIPTOR,
             ModelKind::Probes => &probes::DESCRIPTOR,
+            ModelKind::Instances => &instances::DESCRIPTOR,
         }
     }
 }
@@ -108,6 +115,7 @@ impl Model {
         match self {
             Model::Points(grid) => (ModelKind::Points, grid),
             Model::Probes(volume) => (ModelKind::Probes, volume),
+            Model::Instances(table) => (ModelKind::Instances, table),
         }
     }
 }
@@ -117,6 +125,7 @@ impl ModelStates {
         match kind {
             ModelKind::Points => &self.points,
             ModelKind::Probes => &self.probes,
+            ModelKind::Instances => &self.instances,
         }
     }
 
@@ -124,6 +133,7 @@ impl ModelStates {
         match kind {
             ModelKind::Points => &mut self.points,
             ModelKind::Probes => &mut self.probes,
+            ModelKind::Instances => &mut self.instances,
         }
     }
 
@@ -131,7 +141,8 @@ impl ModelStates {
     pub(crate) fn dirty(&self) -> impl Iterator<Item = Dirty> {
         let all = core::iter::empty();
         let all = all.chain(self.points.state.dirty());
-        all.chain(self.probes.state.dirty())
+        let all = all.chain(self.probes.state.dirty());
+        all.chain(self.instances.state.dirty())
     }
 }
 

@@ -81,7 +81,6 @@ impl PayloadHeader {
 
     /// Reads the sixteen bytes of a model whose records replace all content of their tracks: a delta
     /// is an error of what has to be 0 or 1.
-    #[allow(dead_code)] // Until the first model that needs it.
     pub(crate) fn read_keyframe(
         payload: &[u8],
         errors: ShapeErrors,

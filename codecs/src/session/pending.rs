@@ -23,7 +23,8 @@ pub struct FrameInfo {
 }
 
 impl FrameInfo {
-    /// Items of a model that the frame carried: cells of `points`; of `probes` those that it changed.
+    /// Items of a model that the frame carried: cells of `points`; of `probes` those that it changed; entries
+    /// of `instances`.
     pub fn count(&self, model: ModelKind) -> u32 {
         self.items[model.index()]
     }

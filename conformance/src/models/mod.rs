@@ -6,8 +6,11 @@
 
 #[cfg(feature = "generate")]
 pub mod entry;
+pub mod instances;
 pub mod points;
 pub mod probes;
+#[cfg(feature = "generate")]
+pub mod range;
 
 use dapple_codec::{Decoder, Model, TrackState};
 use serde::{Deserialize, Serialize};
@@ -46,6 +49,7 @@ pub fn of(model: &Model) -> &dyn ModelVectors {
     match model {
         Model::Points(grid) => grid,
         Model::Probes(volume) => volume,
+        Model::Instances(table) => table,
     }
 }
 
@@ -65,12 +69,14 @@ pub struct Samplers {
     pub points: Option<points::queries::Sampler>,
     /// Light of `probes`.
     pub probes: Option<probes::queries::Sampler>,
+    /// AO by `instances`.
+    pub instances: Option<instances::queries::Sampler>,
 }
 
 impl Samplers {
     /// Whether no query can be answered.
     pub fn is_empty(&self) -> bool {
-        self.points.is_none() && self.probes.is_none()
+        self.points.is_none() && self.probes.is_none() && self.instances.is_none()
     }
 }
 
@@ -82,6 +88,8 @@ pub enum Query {
     Points(points::queries::PointsQuery),
     /// Of a track of `probes`.
     Probes(probes::queries::ProbesQuery),
+    /// Of a track of `instances`.
+    Instances(instances::queries::InstancesQuery),
 }
 
 /// A query of a model.
@@ -98,6 +106,7 @@ impl Query {
         match self {
             Query::Points(query) => query,
             Query::Probes(query) => query,
+            Query::Instances(query) => query,
         }
     }
 
@@ -141,6 +150,7 @@ fn integers(words: &str) -> Result<Vec<i32>, NoAnswer> {
 pub enum Parameters {
     Points(points::writer::Grid),
     Probes(probes::writer::Volume),
+    Instances(instances::writer::Table),
 }
 
 #[cfg(feature = "generate")]
@@ -150,6 +160,7 @@ impl Parameters {
         match self {
             Parameters::Points(grid) => grid.bytes(),
             Parameters::Probes(volume) => volume.bytes(),
+            Parameters::Instances(table) => table.bytes(),
         }
     }
 }
@@ -160,6 +171,7 @@ impl Parameters {
 pub enum Expected {
     Points(points::expected::Cells),
     Probes(probes::expected::Probes),
+    Instances(instances::expected::Entries),
 }
 
 /// An expected state of a model.
@@ -181,6 +193,9 @@ impl Expected {
         match parameters {
             Parameters::Points(_) => Expected::Points(points::expected::Cells::default()),
             Parameters::Probes(volume) => Expected::Probes(probes::expected::Probes::new(volume)),
+            Parameters::Instances(table) => {
+                Expected::Instances(instances::expected::Entries::new(table))
+            }
         }
     }
 
@@ -189,6 +204,7 @@ impl Expected {
         match self {
             Expected::Points(cells) => cells,
             Expected::Probes(probes) => probes,
+            Expected::Instances(entries) => entries,
         }
     }
 }
@@ -200,5 +216,6 @@ impl Expected {
 #[cfg(feature = "generate")]
 pub fn generate(drafts: &mut Vec<Draft>) -> Result<(), String> {
     points::generate::add(drafts)?;
-    probes::generate::add(drafts)
+    probes::generate::add(drafts)?;
+    instances::generate::add(drafts)
 }

@@ -134,7 +134,7 @@ impl Report {
     }
 
     fn track_table(&self) -> String {
-        let mut text = self.points_table() + &self.probes_table();
+        let mut text = self.points_table() + &self.probes_table() + &self.baked_table();
         let points = |t: &&TrackReport| matches!(t.model, ModelReport::Points { .. });
         let points = self.tracks.iter().filter(points).count();
         let more = [points, self.tracks.len() - points]
@@ -250,6 +250,34 @@ impl Report {
             _ => output::columns(&rows),
         }
     }
+
+    fn baked_table(&self) -> String {
+        let names = ["baked track", "model", "coding", "signals", "items"];
+        let mut rows = vec![names.map(String::from).to_vec()];
+        for t in &self.tracks {
+            let (model, coding, signals, items) = match t.model {
+                ModelReport::Points { .. } | ModelReport::Probes { .. } => continue,
+                ModelReport::Instances {
+                    coding,
+                    signals,
+                    entries,
+                } => ("instances", coding, signals, entries),
+            };
+            if rows.len() <= LISTED_TRACKS {
+                rows.push(vec![
+                    t.name(),
+                    model.to_string(),
+                    coding.to_string(),
+                    signals.to_string(),
+                    items.to_string(),
+                ]);
+            }
+        }
+        match rows.len() {
+            1 => String::new(),
+            _ => output::columns(&rows),
+        }
+    }
 }
 
 impl TrackReport {
@@ -259,7 +287,7 @@ impl TrackReport {
     }
 
     fn grid(&self) -> String {
-        let [x, y, z] = self.dims;
+        let [x, y, z] = self.dims.unwrap_or_default();
         format!("{x}x{y}x{z}")
     }
 }

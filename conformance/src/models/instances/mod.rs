@@ -1,0 +1,44 @@
+//! The model `instances`.
+
+mod dump;
+#[cfg(feature = "generate")]
+pub mod expected;
+#[cfg(feature = "generate")]
+pub mod frames;
+#[cfg(feature = "generate")]
+pub mod generate;
+pub mod queries;
+#[cfg(feature = "generate")]
+pub mod writer;
+
+use dapple_codec::instances::{Coding, Table};
+use dapple_codec::{Decoder, TrackState};
+
+use super::{ModelVectors, NoAnswer, Samplers};
+
+impl ModelVectors for Table {
+    fn names(&self) -> [&'static str; 2] {
+        match self.coding {
+            Coding::Raw => ["instances", "raw"],
+            Coding::Packed => ["instances", "packed"],
+        }
+    }
+
+    fn dump_parameters(&self, track: u32, out: &mut String) {
+        dump::parameters(track, self, out);
+    }
+
+    fn dump_content(&self, decoder: &Decoder, live: &TrackState, out: &mut String) {
+        dump::entries(decoder.instances(), live, self, out);
+    }
+
+    fn answer(
+        &self,
+        samplers: &Samplers,
+        decoder: &Decoder,
+        live: &TrackState,
+        words: &str,
+    ) -> Result<Vec<f32>, NoAnswer> {
+        queries::answer(samplers.instances, decoder, live, words)
+    }
+}
