@@ -1,4 +1,4 @@
-//! Any-hit throughput beside Embree's, on the same two-level scene and the same rays.
+//! Any-hit and closest-hit throughput beside Embree's, on the same two-level scene and the same rays.
 //!
 //! ```text
 //! cargo bench --no-default-features --features encode --bench trace [-- SCENE.glb]
@@ -10,7 +10,8 @@
 //!
 //! Rays: ambient-occlusion rays, 0.6 m, cosine-distributed, from points spread evenly over all
 //! surfaces. `grouped` traces 64 rays from one origin after the other; `random` takes the same number of
-//! rays, each from an origin of its own, in random order. All materials are opaque and
+//! rays, each from an origin of its own, in random order. `closest` sets are the same rays without an
+//! end, as obscurance takes them. All materials are opaque and
 //! skinned meshes at rest, on both sides. Times are the
 //! greatest processor time of a thread, least of several runs, ours and Embree's in turn.
 
@@ -31,6 +32,34 @@ const REPEATS: usize = 5;
 
 /// A point on a surface and its normal.
 type Point = (Vec3, Vec3);
+
+/// Rays of one measurement.
+struct RaySet {
+    name: &'static str,
+    rays: Vec<Ray>,
+    /// The nearest hit is asked for, and not whether there is any.
+    is_closest: bool,
+}
+
+impl RaySet {
+    fn any_hit(name: &'static str, rays: &[Ray]) -> RaySet {
+        RaySet {
+            name,
+            rays: rays.to_vec(),
+            is_closest: false,
+        }
+    }
+
+    /// The rays without an end.
+    fn closest(name: &'static str, rays: &[Ray]) -> RaySet {
+        let mut set = RaySet::any_hit(name, rays);
+        set.is_closest = true;
+        set.rays
+            .iter_mut()
+            .for_each(|ray| ray.t_max = f32::INFINITY);
+        set
+    }
+}
 
 fn main() {
     let file = std::env::args()
@@ -56,9 +85,12 @@ fn main() {
     top_level(&mut tracer, &scene, &pose);
 
     let points = points(&scene, &pose);
+    let [grouped, random] = [grouped(&tracer, &points), random(&tracer, &points)];
     let sets = [
-        ("grouped", grouped(&tracer, &points)),
-        ("random", random(&tracer, &points)),
+        RaySet::any_hit("grouped", &grouped),
+        RaySet::any_hit("random", &random),
+        RaySet::closest("closest, grouped", &grouped),
+        RaySet::closest("closest, random", &random),
     ];
     let embree = embree(&scene, &pose, &sets);
 
@@ -66,12 +98,24 @@ fn main() {
     println!(
         "Mrays/s             threads   ours  Embree  ratio  Embree flat     hits  Embree hits"
     );
-    for (number, (name, rays)) in sets.iter().enumerate() {
+    for (number, set) in sets.iter().enumerate() {
         for threads in [1, 2] {
-            let (seconds, hits) = best(threads, rays.len(), |range| {
-                rays[range].iter().filter(|r| tracer.occluded(r)).count()
+            let (seconds, hits) = best(threads, set.rays.len(), |range| {
+                let rays = set.rays[range].iter();
+                match set.is_closest {
+                    true => rays.filter(|r| tracer.closest(r).is_some()).count(),
+                    false => rays.filter(|r| tracer.occluded(r)).count(),
+                }
             });
-            report(name, threads, rays.len(), seconds, hits, &embree, number);
+            report(
+                set.name,
+                threads,
+                set.rays.len(),
+                seconds,
+                hits,
+                &embree,
+                number,
+            );
         }
     }
     for threads in [1, 2] {
@@ -81,7 +125,7 @@ fn main() {
         report(
             "grouped, as AO",
             threads,
-            sets[0].1.len(),
+            grouped.len(),
             seconds,
             hits,
             &embree,
@@ -365,7 +409,7 @@ struct Line {
 }
 
 /// Empty where Embree cannot be had.
-fn embree(scene: &Scene, pose: &Pose, sets: &[(&str, Vec<Ray>)]) -> Vec<Line> {
+fn embree(scene: &Scene, pose: &Pose, sets: &[RaySet]) -> Vec<Line> {
     let folder = std::env::temp_dir().join(format!("dapple-embree-{}", std::process::id()));
     let lines = run_embree(&folder, scene, pose, sets).unwrap_or_else(|e| {
         println!("Embree: {e}");
@@ -379,7 +423,7 @@ fn run_embree(
     folder: &Path,
     scene: &Scene,
     pose: &Pose,
-    sets: &[(&str, Vec<Ray>)],
+    sets: &[RaySet],
 ) -> std::io::Result<Vec<Line>> {
     std::fs::create_dir_all(folder)?;
     let (program, data) = (folder.join("embree"), folder.join("scene"));
@@ -427,13 +471,9 @@ fn run_embree(
 }
 
 /// Little-endian words: meshes (counts, positions, indices), instances (mesh, three axes and the
-/// translation), ray sets (origin, direction, length); each list after its length.
-fn write_scene(
-    path: &Path,
-    scene: &Scene,
-    pose: &Pose,
-    sets: &[(&str, Vec<Ray>)],
-) -> std::io::Result<()> {
+/// translation), ray sets (1 for closest hits; origin, direction, length of each ray); each list after its
+/// length.
+fn write_scene(path: &Path, scene: &Scene, pose: &Pose, sets: &[RaySet]) -> std::io::Result<()> {
     let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
     let mut word = |x: u32| out.write_all(&x.to_le_bytes());
     word(scene.meshes.len() as u32)?;
@@ -455,9 +495,10 @@ fn write_scene(
             .try_for_each(|x| word(x.to_bits()))?;
     }
     word(sets.len() as u32)?;
-    for (_, rays) in sets {
-        word(rays.len() as u32)?;
-        for r in rays {
+    for set in sets {
+        word(set.is_closest.into())?;
+        word(set.rays.len() as u32)?;
+        for r in &set.rays {
             let [a, b, c] = r.origin.to_array();
             let [d, e, f] = r.direction.to_array();
             [a, b, c, d, e, f, r.t_max]

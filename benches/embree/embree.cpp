@@ -24,6 +24,7 @@
 struct Mesh { std::vector<float> positions; std::vector<uint32_t> triangles; };
 struct Instance { uint32_t mesh; float columns[12]; };
 struct Ray { float o[3], d[3], t_max; };
+struct RaySet { uint32_t closest; std::vector<Ray> rays; };
 
 static FILE *file;
 template <class T> static void read(T *to, size_t n) {
@@ -46,7 +47,7 @@ static void attach(RTCDevice device, RTCScene scene, const std::vector<float> &p
     rtcReleaseGeometry(g);
 }
 
-static void trace(RTCScene scene, const std::vector<Ray> &rays, size_t from, size_t to, double *seconds, uint64_t *hits) {
+static void trace(RTCScene scene, const std::vector<Ray> &rays, size_t from, size_t to, bool closest, double *seconds, uint64_t *hits) {
     _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     double begin = thread_seconds();
@@ -54,12 +55,19 @@ static void trace(RTCScene scene, const std::vector<Ray> &rays, size_t from, siz
     for (size_t i = from; i < to; i++) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        RTCRay r{};
+        RTCRayHit rh{};
+        RTCRay &r = rh.ray;
         r.org_x = rays[i].o[0]; r.org_y = rays[i].o[1]; r.org_z = rays[i].o[2];
         r.dir_x = rays[i].d[0]; r.dir_y = rays[i].d[1]; r.dir_z = rays[i].d[2];
         r.tnear = 0; r.tfar = rays[i].t_max; r.mask = -1;
-        rtcOccluded1(scene, &context, &r);
-        count += r.tfar < 0;
+        if (closest) {
+            rh.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+            rtcIntersect1(scene, &context, &rh);
+            count += rh.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        } else {
+            rtcOccluded1(scene, &context, &r);
+            count += r.tfar < 0;
+        }
     }
     *seconds = thread_seconds() - begin;
     *hits = count;
@@ -77,8 +85,8 @@ int main(int argc, char **argv) {
     }
     std::vector<Instance> instances(word());
     for (Instance &i : instances) { i.mesh = word(); read(i.columns, 12); }
-    std::vector<std::vector<Ray>> sets(word());
-    for (auto &s : sets) { s.resize(word()); read(s.data(), s.size()); }
+    std::vector<RaySet> sets(word());
+    for (RaySet &s : sets) { s.closest = word(); s.rays.resize(word()); read(s.rays.data(), s.rays.size()); }
 
     RTCDevice device = rtcNewDevice(nullptr);
     auto begin = std::chrono::steady_clock::now();
@@ -128,10 +136,10 @@ int main(int argc, char **argv) {
                     std::vector<double> seconds(threads);
                     std::vector<uint64_t> found(threads);
                     std::vector<std::thread> team;
-                    const auto &rays = sets[set];
+                    const auto &rays = sets[set].rays;
                     for (size_t i = 0; i < threads; i++)
                         team.emplace_back(trace, is_flat ? flat : two, std::cref(rays), rays.size() * i / threads,
-                                          rays.size() * (i + 1) / threads, &seconds[i], &found[i]);
+                                          rays.size() * (i + 1) / threads, sets[set].closest, &seconds[i], &found[i]);
                     for (auto &x : team) x.join();
                     best = std::min(best, *std::max_element(seconds.begin(), seconds.end()));
                     hits = 0;
