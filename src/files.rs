@@ -138,7 +138,7 @@ impl NewFile {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
-        fs::create_dir_all(folder).map_err(io)?;
+        create_folder(folder)?;
         let mut registry = registry();
         if let Some(id) = FileId::of(&target)
             // As they are now: a removed file's inode may be that of another.
@@ -261,7 +261,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn create_folder(path: &Path) -> Result<()> {
     fs::create_dir_all(path).map_err(|source| Error::Io {
         path: path.to_owned(),
-        source,
+        source: match source.kind() {
+            // What the system says of a file in the place of a folder is "File exists".
+            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => io::Error::new(
+                io::ErrorKind::NotADirectory,
+                "a file stands where a folder is to be made; name another folder",
+            ),
+            _ => source,
+        },
     })
 }
 

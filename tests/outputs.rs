@@ -216,7 +216,7 @@ fn a_dash_is_standard_input_and_output() {
     let output = dapple(at, &format!("encode a.gltf -o - {POINTS}"));
     let stream = std::fs::read(at.join("a.dapple")).expect("read");
     assert!(output.stdout == stream, "{}", text(&output.stderr));
-    assert!(text(&output.stderr).contains("standard output: 1 frames"));
+    assert!(text(&output.stderr).contains("standard output: 1 frame at"));
 
     let file = |name: &str| std::fs::File::open(at.join(name)).expect("opened");
     let line = format!("render - --scene a.gltf {SMALL} -o -");

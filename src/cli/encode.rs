@@ -95,8 +95,8 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
 
 fn summary(report: &Report, written: u64, seconds: f64) -> String {
     let mut text = format!(
-        "{} frames at {} Hz, {} bytes, {seconds:.1} s; start-up {} bytes",
-        report.frames,
+        "{} at {} Hz, {} bytes, {seconds:.1} s; start-up {} bytes",
+        output::counted(report.frames as u64, "frame"),
         report.fps,
         grouped(written),
         grouped(report.bytes_startup),
@@ -109,14 +109,15 @@ fn summary(report: &Report, written: u64, seconds: f64) -> String {
     if let Some(points) = &report.models.points {
         text += &format!(
             "{} candidates per m2 ({} to {}), AO distance {} m, in a scene {} m across\n\
-             {} points placed, {} cells, {} dropped",
+             {} placed, {} sent in {}, {} dropped",
             output::significant(points.density.into()),
             output::significant(points.lowest_density.into()),
             output::significant(points.highest_density.into()),
             output::significant(points.distance.into()),
             output::significant(report.scene_size.into()),
-            grouped(points.points as u64),
-            grouped(points.cells as u64),
+            output::counted(points.points as u64, "point"),
+            grouped(points.points_sent as u64),
+            output::counted(points.cells as u64, "cell"),
             grouped(points.dropped_points),
         );
         if report.frames > 1 {

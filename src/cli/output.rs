@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::inputs::is_dash;
 use crate::files::NewFile;
+use crate::measure::table::grouped;
 use crate::{Error, Result};
 
 /// The name that errors give standard output.
@@ -149,6 +150,12 @@ pub fn error(source: std::io::Error) -> Error {
 pub fn is_closed_pipe(error: &Error) -> bool {
     matches!(error, Error::Io { path, source }
         if path.as_os_str() == NAME && source.kind() == ErrorKind::BrokenPipe)
+}
+
+/// A number with its noun, such as `1 frame` and `2 frames`.
+pub fn counted(count: u64, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{} {noun}{plural}", grouped(count))
 }
 
 /// A number with four significant digits, without zeros at its end.

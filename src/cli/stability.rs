@@ -5,7 +5,7 @@ use super::progress::Progress;
 use crate::measure::report::{Figure, Image, Report, Section, Source, save, write};
 use crate::measure::stress::{CASES, Case, Effort, Finding, Row, long_table};
 use crate::measure::table::{Table, Value};
-use crate::{Error, Result};
+use crate::{Result, files};
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,10 +53,7 @@ struct CheckedRow {
 /// `Io` where the folder cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Io {
-            path: folder.clone(),
-            source,
-        })?;
+        files::create_folder(folder)?;
     }
     let effort = if args.quick {
         Effort::Quick

@@ -61,8 +61,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         tell(&stream::error(&args.file, fault));
     } else {
         output::print(&format!(
-            "valid: {frames} frames in {} records, {} bytes\n",
-            outcome.records.total().records,
+            "valid: {} in {}, {} bytes\n",
+            output::counted(frames, "frame"),
+            output::counted(outcome.records.total().records, "record"),
             outcome.bytes
         ))?;
     }

@@ -26,7 +26,10 @@ pub struct Report {
     /// Length of the occlusion rays in metres.
     pub distance: f32,
     pub candidates: usize,
+    /// Points that were placed.
     pub points: usize,
+    /// Points that clients have at the last frame: without dropped and fully occluded ones.
+    pub points_sent: usize,
     /// Interpolation radius in metres.
     pub radius: f32,
     pub cells: usize,
@@ -222,6 +225,7 @@ impl models::Source for Source {
             distance: options.distance,
             candidates: tracks.iter().map(Track::candidates).sum(),
             points: tracks.iter().map(Track::points).sum(),
+            points_sent: tracks.iter().map(|t| t.store.used_points()).sum(),
             radius: options.density.radius(),
             cells: tracks.iter().map(|t| t.store.used_cells()).sum(),
             buckets: tracks.iter().map(|t| t.store.buckets().len()).sum(),

@@ -106,6 +106,11 @@ impl Store {
         self.places[point as usize] != EMPTY
     }
 
+    /// Points that are stored.
+    pub fn used_points(&self) -> usize {
+        self.places.iter().filter(|place| **place != EMPTY).count()
+    }
+
     /// Cells that hold at least one point.
     pub fn used_cells(&self) -> usize {
         self.cells.len() - self.free_cells.len()

@@ -12,6 +12,9 @@ impl Report {
     /// All of the report.
     pub fn to_text(&self) -> String {
         let mut text = self.first_line();
+        if self.container_version.is_none() {
+            return text;
+        }
         for part in [
             self.record_table(),
             self.frame_table(),
@@ -116,8 +119,9 @@ impl Report {
         rows.extend(kinds.map(|(name, count, bytes)| row(name, count, bytes)));
         let mut text = output::columns(&rows);
         text += &format!(
-            "{} frames, {} of them keyframes",
-            frames.frames, frames.keyframes
+            "{}, {} of them keyframes",
+            output::counted(frames.frames, "frame"),
+            frames.keyframes
         );
         let mut rates = Vec::new();
         if let Some(rate) = self.mbps_steady {
