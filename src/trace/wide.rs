@@ -154,7 +154,7 @@ impl WideBvh {
     /// Begins a walk over the leaves whose boxes the ray passes, from near to far.
     #[inline(always)]
     pub fn walk_sorted<'t>(&'t self, stack: &'t mut SortedStack) -> SortedWalk<'t> {
-        stack[0] = (0.0, 0);
+        stack[0] = 0;
         SortedWalk {
             nodes: &self.nodes,
             depth: 1,
@@ -236,11 +236,18 @@ impl Walk<'_> {
     }
 }
 
-/// Where a ray enters children that are left to visit, and the children. A ray walks many
-/// hierarchies: it clears one such stack for all of them.
-pub type SortedStack = [(f32, u32); WIDTH * MAX_DEPTH];
+/// Children that are left to visit, as [`entry`] packs them. A ray walks many hierarchies: it clears one
+/// such stack for all of them.
+pub type SortedStack = [u64; WIDTH * MAX_DEPTH];
 
-pub const EMPTY_STACK: SortedStack = [(0.0, 0); WIDTH * MAX_DEPTH];
+pub const EMPTY_STACK: SortedStack = [0; WIDTH * MAX_DEPTH];
+
+/// A child and where the ray enters it, in one number: bits of a float of at least 0 are in its order, so
+/// the nearer of two is the lesser number, which is found without a branch.
+#[inline(always)]
+fn entry(entered: f32, child: u32) -> u64 {
+    u64::from(entered.to_bits()) << 32 | u64::from(child)
+}
 
 /// The leaves a ray comes to, from near to far.
 pub struct SortedWalk<'t> {
@@ -255,32 +262,49 @@ impl SortedWalk<'_> {
     #[inline(always)]
     pub fn next(&mut self, with: impl Instructions, ray: &SlabRay, t_max: f32) -> Option<u32> {
         let mut near = Lanes([0.0; WIDTH]);
-        while self.depth > 0 {
+        loop {
+            if self.depth == 0 {
+                return None;
+            }
             self.depth -= 1;
-            let (entered, child) = self.stack[self.depth];
-            if entered > t_max {
+            let top = self.stack[self.depth];
+            if f32::from_bits((top >> 32) as u32) > t_max {
                 continue;
+            }
+            let mut child = top as u32;
+            // Down through the nearest children, without a way over the stack.
+            while child & LEAF == 0 {
+                let node = &self.nodes[child as usize];
+                let mut mask = with.intersect8(ray, &node.planes, t_max, &mut near);
+                if mask == 0 {
+                    break;
+                }
+                let mut next = || {
+                    let i = mask.trailing_zeros() as usize % WIDTH;
+                    mask &= mask.wrapping_sub(1);
+                    (entry(near.0[i], node.children[i]), mask != 0)
+                };
+                let (mut nearest, mut more) = next();
+                let first = self.depth;
+                while more {
+                    let other;
+                    (other, more) = next();
+                    let farther = nearest.max(other);
+                    nearest = nearest.min(other);
+                    // Insertion keeps the nearest of the others on top.
+                    let mut at = self.depth;
+                    while at > first && self.stack[at - 1] < farther {
+                        self.stack[at] = self.stack[at - 1];
+                        at -= 1;
+                    }
+                    self.stack[at] = farther;
+                    self.depth += 1;
+                }
+                child = nearest as u32;
             }
             if child & LEAF != 0 {
                 return Some(child & !LEAF);
             }
-            let node = &self.nodes[child as usize];
-            let mut mask = with.intersect8(ray, &node.planes, t_max, &mut near);
-            let first = self.depth;
-            while mask != 0 {
-                let i = mask.trailing_zeros() as usize % WIDTH;
-                mask &= mask - 1;
-                // Insertion keeps the nearest on top.
-                let entry = (near.0[i], node.children[i]);
-                let mut at = self.depth;
-                while at > first && self.stack[at - 1].0 < entry.0 {
-                    self.stack[at] = self.stack[at - 1];
-                    at -= 1;
-                }
-                self.stack[at] = entry;
-                self.depth += 1;
-            }
         }
-        None
     }
 }
