@@ -9,6 +9,7 @@ pub mod error;
 pub mod instances;
 pub mod points;
 pub mod probes;
+pub mod regions;
 pub mod rng;
 
 #[cfg(feature = "encode")]

@@ -1,0 +1,7 @@
+//! `regions`: ambient obscurance for objects that move, one small model per box of space (Sloan,
+//! Tranchida, Chen and Kavan 2013, *Ambient Obscurance Baking on the GPU*, section 2.3).
+//!
+//! Server: `server`. What was measured is in `docs/regions.md`.
+
+#[cfg(feature = "encode")]
+pub mod server;
