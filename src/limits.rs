@@ -8,6 +8,9 @@ use crate::{Error, Result};
 const ITEM_BYTES: u64 = 36;
 /// Bytes of a probe in the coding `raw`.
 const RAW_PROBE_BYTES: u64 = 56;
+/// Bytes of a region and of a pair of coefficients in the coding `raw`; `packed` takes fewer.
+const REGION_BYTES: u64 = 40;
+const PAIR_BYTES: u64 = 4;
 
 /// Refuses tracks whose declaration, state or keyframe exceeds the limits.
 ///
@@ -84,6 +87,9 @@ fn keyframe_bytes(track: &Track) -> u64 {
         // A key, its form, and four codes a signal.
         Model::Instances(table) => {
             u64::from(table.count) * (9 + 8 * u64::from(table.signals.count))
+        }
+        Model::Regions(set) => {
+            REGION_BYTES * u64::from(set.count) + PAIR_BYTES * u64::from(set.capacity)
         }
     }
 }

@@ -32,6 +32,10 @@ pub enum Buffer {
     /// [`crate::instances::State::values_of`] a track. An element is a value of 8 bytes; an entry has one or two.
     /// The array is empty before the first frame of the track.
     InstancesValues,
+    /// [`crate::regions::State::regions_of`] a track. An element is a region of 48 bytes.
+    Regions,
+    /// [`crate::regions::State::pairs_of`] a track. An element is two coefficients of 4 bytes together.
+    RegionsPairs,
     /// [`crate::TrackState::transform`] of a track. The array has one element of twelve f32, or none where the
     /// track has no transform.
     Transforms,
@@ -39,13 +43,15 @@ pub enum Buffer {
 
 impl Buffer {
     /// All buffers.
-    pub const ALL: [Buffer; 7] = [
+    pub const ALL: [Buffer; 9] = [
         Buffer::PointsBuckets,
         Buffer::PointsCells,
         Buffer::ProbesTexels,
         Buffer::ProbesVisibility,
         Buffer::InstancesKeys,
         Buffer::InstancesValues,
+        Buffer::Regions,
+        Buffer::RegionsPairs,
         Buffer::Transforms,
     ];
 
@@ -55,7 +61,8 @@ impl Buffer {
             Buffer::PointsBuckets | Buffer::PointsCells => 32,
             Buffer::ProbesTexels | Buffer::InstancesKeys | Buffer::InstancesValues => 8,
             Buffer::ProbesVisibility => 1,
-            Buffer::Transforms => 48,
+            Buffer::RegionsPairs => 4,
+            Buffer::Regions | Buffer::Transforms => 48,
         }
     }
 }

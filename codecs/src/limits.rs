@@ -5,7 +5,7 @@ use crate::error::{ErrorDetail, ErrorKind, Limit};
 
 /// What is kept of a track without its path: while it is read, in the state, in the pending frame, and among
 /// the places that it may leave free.
-pub(crate) const TRACK_BYTES: u64 = 2048;
+pub(crate) const TRACK_BYTES: u64 = 3072;
 /// Dirty ranges, and lists of free places for no tracks.
 const LIST_BYTES: u64 = 64 << 10;
 
@@ -127,7 +127,7 @@ impl Limits {
     /// - `unpacked_bytes` for an unpacked record of any type but `points`,
     /// - `frame_bytes` for the pending frame,
     /// - `state_bytes` for the state,
-    /// - 2048 bytes of bookkeeping for each of `tracks`,
+    /// - 3072 bytes of bookkeeping for each of `tracks`,
     /// - the largest of those five once more: a buffer that grows is copied, and one does so at a
     ///   time,
     /// - `path_bytes` for each of `tracks`, and for one more that is only looked at,

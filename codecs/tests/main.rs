@@ -1,11 +1,14 @@
 //! The tests of the codec, but for `memory.rs`, which is a process of its own.
 
 mod common;
+#[path = "common/regions.rs"]
+mod region_sets;
 #[path = "common/volumes.rs"]
 mod volumes;
 
 mod encoder_misuse;
 mod errors;
 mod probes;
+mod regions;
 mod stream;
 mod work;

@@ -199,7 +199,9 @@ fn dirty_ranges_cover_every_change_of_every_buffer() {
     let mut copies = common::Copies::default();
     let update = |decoder: &mut Decoder, _| copies.update(decoder);
     decode_all(&bytes, Limits::default(), update).unwrap();
-    assert!(copies.seen.iter().eq(&Buffer::ALL));
+    // Those of baked models have tests of their own.
+    let streamed = Buffer::ALL[..4].iter().chain(&[Buffer::Transforms]);
+    assert!(copies.seen.iter().eq(streamed));
     assert!(copies.partial > 0);
 }
 

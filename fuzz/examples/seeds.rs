@@ -20,11 +20,12 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 8] = [
+const BUILDERS: [&str; 9] = [
     "differential",
     "encoder",
     "points",
     "probes",
+    "regions",
     "structured",
     "round_trip",
     "session",

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use arbitrary::{Result, Unstructured};
 use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use dapple_codec::probes::{self, Probe};
+use dapple_codec::regions;
 use dapple_codec::{
     Decoder, Encoder, EncoderConfig, GroupStart, Limits, ModelKind, Track, TrackState, Transform,
 };
@@ -39,6 +40,7 @@ struct Pair {
     buckets: BTreeMap<(u32, u32), Bucket>,
     probes: BTreeMap<u32, Vec<Probe>>,
     visibility: BTreeMap<u32, Vec<u8>>,
+    regions: BTreeMap<u32, regions::Content>,
 }
 
 fn run(u: &mut Unstructured<'_>) -> Result<()> {
@@ -56,6 +58,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
         buckets: BTreeMap::new(),
         probes: BTreeMap::new(),
         visibility: BTreeMap::new(),
+        regions: BTreeMap::new(),
     };
     pair.read();
     let mut ended = false;
@@ -167,6 +170,7 @@ impl Pair {
         match *u.choose(&ModelKind::ALL)? {
             ModelKind::Points => self.points(u),
             ModelKind::Probes => self.probes(u),
+            ModelKind::Regions => self.regions(u),
         }
     }
 
@@ -286,6 +290,41 @@ impl Pair {
         Ok(())
     }
 
+    fn regions(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
+        let mut contents = Vec::new();
+        for id in self.ids(u)? {
+            let set = self.track(id).and_then(|track| track.track.region_set());
+            let mut content = match set {
+                Some(set) => models::regions::content(u, set)?,
+                None => regions::Content::default(),
+            };
+            if u.ratio(1, 16)? && !content.regions.is_empty() {
+                let at = u.choose_index(content.regions.len())?;
+                match u.int_in_range(0..=4)? {
+                    0 => content.regions[at].form = u.arbitrary()?,
+                    1 => content.regions[at].centre[0] = f32::from_bits(u.arbitrary()?),
+                    2 => content.regions[at].max[1] = f32::from_bits(u.arbitrary()?),
+                    3 => content.pairs[0][0] = u.arbitrary()?,
+                    _ => _ = content.regions.pop(),
+                }
+            }
+            contents.push((id, content));
+        }
+        let updates: Vec<_> = contents
+            .iter()
+            .map(|(track, content)| regions::Update {
+                track: *track,
+                regions: &content.regions,
+                pairs: &content.pairs,
+            })
+            .collect();
+        let compression = server::compression(u)?;
+        if self.call(|e, out| e.regions(out, &updates, compression)) {
+            self.regions.extend(contents);
+        }
+        Ok(())
+    }
+
     fn commit(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         let last = self.decoder.last_frame().map_or(0, |(_, tick)| tick);
         let tick = match u.ratio(1, 16)? {
@@ -323,6 +362,12 @@ impl Pair {
         for (id, bytes) in std::mem::take(&mut self.visibility) {
             let track = self.track(id).expect("a declared track");
             assert_eq!(self.decoder.probes().visibility_of(track), Some(&bytes[..]));
+        }
+        for (id, content) in std::mem::take(&mut self.regions) {
+            let track = self.track(id).expect("a declared track");
+            let state = self.decoder.regions();
+            assert_eq!(state.regions_of(track), content.regions);
+            assert_eq!(state.pairs_of(track), content.pairs);
         }
         Ok(())
     }

@@ -178,6 +178,7 @@ fn program(args: &Args) -> Box<dyn Program> {
                 points: Some(ambient_occlusion),
                 probes: Some(light),
                 instances: Some(instance_ambient_occlusion),
+                ..Samplers::default()
             },
         });
     };

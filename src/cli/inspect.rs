@@ -12,6 +12,7 @@ use super::{output, tell};
 use crate::Result;
 use crate::codec::points::Grid;
 use crate::codec::probes::{Coding, Volume};
+use crate::codec::regions::{Derivatives, RegionSet};
 use crate::codec::{Decoder, Event, LookupSpace, Model, TrackState};
 
 mod frames;
@@ -112,6 +113,15 @@ enum ModelReport {
         /// Entries of the table: 0 before its first frame.
         entries: u64,
     },
+    Regions {
+        coding: &'static str,
+        signals: u8,
+        /// Regions: 0 before the first frame.
+        entries: u64,
+        /// By derivatives: constant, gradient, sided.
+        rungs: [usize; 3],
+        coefficients: usize,
+    },
 }
 
 /// Runs the command. A stream with a fault is reported up to it, with exit code 1; one that stops
@@ -201,6 +211,7 @@ impl TrackReport {
                     entries: decoder.instances().keys_of(live).len() as u64,
                 },
             ),
+            Model::Regions(set) => (None, of_regions(decoder, live, set)),
         };
         TrackReport {
             id: track.id,
@@ -250,6 +261,19 @@ fn of_probes(decoder: &Decoder, live: &TrackState, volume: &Volume) -> ModelRepo
         has_visibility: state.visibility_of(live).is_some(),
         probes: volume.count() as u64,
         present: present.count() as u64,
+    }
+}
+
+fn of_regions(decoder: &Decoder, live: &TrackState, set: &RegionSet) -> ModelReport {
+    let regions = decoder.regions().regions_of(live);
+    let forms: Vec<_> = regions.iter().filter_map(|region| region.form()).collect();
+    let with = |derivatives| forms.iter().filter(move |f| f.derivatives == derivatives);
+    ModelReport::Regions {
+        coding: live.track.model.coding_name(),
+        signals: set.signals.count,
+        entries: regions.len() as u64,
+        rungs: Derivatives::ALL.map(|derivatives| with(derivatives).count()),
+        coefficients: forms.iter().map(|form| form.coefficients()).sum(),
     }
 }
 

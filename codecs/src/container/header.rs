@@ -34,7 +34,7 @@ pub mod record_type {
     pub const VERTICES: u16 = 0x22;
     /// Reserved: content of `instances` tracks.
     pub const INSTANCES: u16 = 0x23;
-    /// Reserved: content of `regions` tracks.
+    /// Content of `regions` tracks.
     pub const REGIONS: u16 = 0x24;
     /// Reserved: uplink, camera pose.
     pub const CAMERA_POSE: u16 = 0x40;

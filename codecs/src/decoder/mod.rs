@@ -303,6 +303,8 @@ impl Decoder {
             }
             (Buffer::InstancesKeys, Some(track)) => cast_slice(self.instances().keys_of(track)),
             (Buffer::InstancesValues, Some(track)) => cast_slice(self.instances().values_of(track)),
+            (Buffer::Regions, Some(track)) => cast_slice(self.regions().regions_of(track)),
+            (Buffer::RegionsPairs, Some(track)) => cast_slice(self.regions().pairs_of(track)),
             (Buffer::Transforms, Some(track)) => match &track.transform {
                 Some(transform) => cast_slice(&transform.world_from_grid),
                 None => &[],

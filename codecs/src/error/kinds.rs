@@ -59,6 +59,7 @@ pub(crate) enum ErrorKind {
     TrackModel = 2027,
     Signals = 2028,
     InstancesParameters = 2030,
+    RegionsParameters = 2031,
 
     PointsSize = 3001,
     PointsReserved = 3002,
@@ -85,6 +86,13 @@ pub(crate) enum ErrorKind {
     InstanceKey = 3303,
     InstanceCode = 3305,
     InstancesEntropy = 3306,
+    RegionsSize = 3401,
+    RegionsReserved = 3402,
+    RegionBox = 3403,
+    RegionForm = 3404,
+    RegionCode = 3405,
+    RegionsEntropy = 3406,
+    RegionsCapacity = 3407,
 
     MissingBase = 4001,
     MissingGroupBase = 4002,
@@ -367,6 +375,11 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         "the count, the exponent or the step of a table of instances is out of range",
     ),
     (
+        ErrorKind::RegionsParameters,
+        "regions-parameters",
+        "the number of regions, their capacity, the exponent or the step of a track is out of range",
+    ),
+    (
         ErrorKind::PointsSize,
         "points-size",
         "a points payload is shorter or longer than its counts say",
@@ -480,6 +493,41 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         ErrorKind::InstancesEntropy,
         "instances-entropy",
         "the entropy-coded bytes of a table of instances end too early or too late",
+    ),
+    (
+        ErrorKind::RegionsSize,
+        "regions-size",
+        "a regions payload is shorter or longer than its counts say",
+    ),
+    (
+        ErrorKind::RegionsReserved,
+        "regions-reserved",
+        "flags, reserved bits or unused bits of a regions payload are not what they have to be",
+    ),
+    (
+        ErrorKind::RegionBox,
+        "region-box",
+        "the box of a region is inside out or too far away, or its centre is outside of it",
+    ),
+    (
+        ErrorKind::RegionForm,
+        "region-form",
+        "a region has an unknown form, or more signals than its track",
+    ),
+    (
+        ErrorKind::RegionCode,
+        "region-code",
+        "a code of a region is out of range",
+    ),
+    (
+        ErrorKind::RegionsEntropy,
+        "regions-entropy",
+        "the entropy-coded bytes of regions end too early or too late",
+    ),
+    (
+        ErrorKind::RegionsCapacity,
+        "regions-capacity",
+        "the regions of a track have more coefficients than it declares",
     ),
     (
         ErrorKind::MissingBase,

@@ -8,6 +8,7 @@ pub mod instances;
 pub(crate) mod payload_header;
 pub mod points;
 pub mod probes;
+pub mod regions;
 pub mod signals;
 pub(crate) mod state;
 
@@ -30,6 +31,8 @@ pub enum Model {
     Probes(probes::Volume),
     /// `instances` in the coding `raw` or `packed`.
     Instances(instances::Table),
+    /// `regions` in the coding `raw` or `packed`.
+    Regions(regions::RegionSet),
 }
 
 /// A model without parameters.
@@ -41,6 +44,8 @@ pub enum ModelKind {
     Probes,
     /// `instances`: ambient obscurance of whole mesh instances.
     Instances,
+    /// `regions`: ambient obscurance in boxes of the world.
+    Regions,
 }
 
 /// The space that a fragment is looked up in.
@@ -90,17 +95,24 @@ pub(crate) struct ModelStates {
     pub(crate) points: points::Store,
     pub(crate) probes: probes::Store,
     pub(crate) instances: instances::Store,
+    pub(crate) regions: regions::Store,
 }
 
 impl ModelKind {
     /// All models, by their numbers.
-    pub const ALL: [ModelKind; 3] = [ModelKind::Points, ModelKind::Probes, ModelKind::Instances];
+    pub const ALL: [ModelKind; 4] = [
+        ModelKind::Points,
+        ModelKind::Probes,
+        ModelKind::Instances,
+        ModelKind::Regions,
+    ];
 
     pub(crate) const fn descriptor(self) -> &'static Descriptor {
         match self {
             ModelKind::Points => &points::DESCRIPTOR,
             ModelKind::Probes => &probes::DESCRIPTOR,
             ModelKind::Instances => &instances::DESCRIPTOR,
+            ModelKind::Regions => &regions::DESCRIPTOR,
         }
     }
 }
@@ -116,6 +128,7 @@ impl Model {
             Model::Points(grid) => (ModelKind::Points, grid),
             Model::Probes(volume) => (ModelKind::Probes, volume),
             Model::Instances(table) => (ModelKind::Instances, table),
+            Model::Regions(set) => (ModelKind::Regions, set),
         }
     }
 }
@@ -126,6 +139,7 @@ impl ModelStates {
             ModelKind::Points => &self.points,
             ModelKind::Probes => &self.probes,
             ModelKind::Instances => &self.instances,
+            ModelKind::Regions => &self.regions,
         }
     }
 
@@ -134,6 +148,7 @@ impl ModelStates {
             ModelKind::Points => &mut self.points,
             ModelKind::Probes => &mut self.probes,
             ModelKind::Instances => &mut self.instances,
+            ModelKind::Regions => &mut self.regions,
         }
     }
 
@@ -142,7 +157,8 @@ impl ModelStates {
         let all = core::iter::empty();
         let all = all.chain(self.points.state.dirty());
         let all = all.chain(self.probes.state.dirty());
-        all.chain(self.instances.state.dirty())
+        let all = all.chain(self.instances.state.dirty());
+        all.chain(self.regions.state.dirty())
     }
 }
 

@@ -91,8 +91,6 @@ impl Signals {
     }
 
     /// Reads the block. [`Signals::check`] comes after the path of the track.
-    // Used by the first baked model.
-    #[allow(dead_code)]
     pub(crate) fn read(r: &mut Reader<'_>) -> Result<Signals, ErrorKind> {
         let [count, first, second] = [r.u8()?, r.u8()?, r.u8()?];
         r.zero(1)?;
@@ -109,7 +107,6 @@ impl Signals {
     }
 
     /// Appends the block.
-    #[allow(dead_code)]
     pub(crate) fn write(&self, out: &mut Vec<u8>) {
         let [first, second] = self.kernels;
         out.extend([self.count, first.kind, second.kind, 0]);
@@ -119,7 +116,6 @@ impl Signals {
     }
 
     /// The rules that hold for the block by itself, in the order of the specification.
-    #[allow(dead_code)]
     pub(crate) fn check(&self) -> Result<(), ErrorKind> {
         let [first, second] = self.kernels;
         if ![first.distance, second.distance, self.share]

@@ -11,6 +11,7 @@ pub mod points;
 pub mod probes;
 #[cfg(feature = "generate")]
 pub mod range;
+pub mod regions;
 
 use dapple_codec::{Decoder, Model, TrackState};
 use serde::{Deserialize, Serialize};
@@ -50,6 +51,7 @@ pub fn of(model: &Model) -> &dyn ModelVectors {
         Model::Points(grid) => grid,
         Model::Probes(volume) => volume,
         Model::Instances(table) => table,
+        Model::Regions(set) => set,
     }
 }
 
@@ -71,12 +73,17 @@ pub struct Samplers {
     pub probes: Option<probes::queries::Sampler>,
     /// AO by `instances`.
     pub instances: Option<instances::queries::Sampler>,
+    /// AO of `regions`.
+    pub regions: Option<regions::queries::Sampler>,
 }
 
 impl Samplers {
     /// Whether no query can be answered.
     pub fn is_empty(&self) -> bool {
-        self.points.is_none() && self.probes.is_none() && self.instances.is_none()
+        self.points.is_none()
+            && self.probes.is_none()
+            && self.instances.is_none()
+            && self.regions.is_none()
     }
 }
 
@@ -90,6 +97,8 @@ pub enum Query {
     Probes(probes::queries::ProbesQuery),
     /// Of a track of `instances`.
     Instances(instances::queries::InstancesQuery),
+    /// Of a track of `regions`.
+    Regions(regions::queries::RegionsQuery),
 }
 
 /// A query of a model.
@@ -107,6 +116,7 @@ impl Query {
             Query::Points(query) => query,
             Query::Probes(query) => query,
             Query::Instances(query) => query,
+            Query::Regions(query) => query,
         }
     }
 

@@ -3,6 +3,7 @@
 
 pub mod points;
 pub mod probes;
+pub mod regions;
 
 use arbitrary::{Result, Unstructured};
 use dapple_codec::{Decoder, Encoder, Model, ModelKind, StateDigest, TrackState, Transform};
@@ -14,6 +15,8 @@ pub enum Content {
     Points(points::Content),
     /// Probes and visibility.
     Probes(probes::Content),
+    /// Regions and their coefficients.
+    Regions(regions::Content),
 }
 
 /// A model of any kind with parameters that hold.
@@ -27,6 +30,7 @@ pub fn of_kind(u: &mut Unstructured<'_>, kind: ModelKind) -> Result<Model> {
     Ok(match kind {
         ModelKind::Points => Model::Points(points::grid(u)?),
         ModelKind::Probes => Model::Probes(probes::volume(u)?),
+        ModelKind::Regions => Model::Regions(regions::set(u)?),
     })
 }
 
@@ -35,6 +39,7 @@ pub fn parameters(model: &Model, scale: u32) -> (u16, u16, Vec<u8>) {
     match model {
         Model::Points(grid) => (1, points::coding(grid), points::parameters(grid, scale)),
         Model::Probes(volume) => (2, probes::coding(volume), probes::parameters(volume, scale)),
+        Model::Regions(set) => (5, regions::coding(set), regions::parameters(set, scale)),
     }
 }
 
@@ -43,6 +48,7 @@ pub fn payload(u: &mut Unstructured<'_>, kind: ModelKind, decoder: &Decoder) -> 
     match kind {
         ModelKind::Points => points::payload(u, decoder),
         ModelKind::Probes => probes::payload(u, decoder),
+        ModelKind::Regions => regions::payload(u, decoder),
     }
 }
 
@@ -51,6 +57,7 @@ pub fn check(kind: ModelKind, decoder: &Decoder) -> u64 {
     match kind {
         ModelKind::Points => points::check(decoder),
         ModelKind::Probes => probes::check(decoder),
+        ModelKind::Regions => regions::check(decoder),
     }
 }
 
@@ -65,6 +72,7 @@ pub fn write(
     match kind {
         ModelKind::Points => points::write(u, tracks, encoder, out),
         ModelKind::Probes => probes::write(u, tracks, encoder, out),
+        ModelKind::Regions => regions::write(u, tracks, encoder, out),
     }
 }
 
@@ -86,6 +94,7 @@ impl Content {
         match model {
             Model::Points(grid) => Content::Points(points::Content::empty(grid)),
             Model::Probes(volume) => Content::Probes(probes::Content::empty(volume)),
+            Model::Regions(_) => Content::Regions(regions::Content::default()),
         }
     }
 
@@ -94,6 +103,9 @@ impl Content {
         match &track.track.model {
             Model::Points(_) => Content::Points(points::Content::shown(decoder.points(), track)),
             Model::Probes(_) => Content::Probes(probes::Content::shown(decoder.probes(), track)),
+            Model::Regions(_) => {
+                Content::Regions(regions::Content::shown(decoder.regions(), track))
+            }
         }
     }
 
@@ -102,6 +114,7 @@ impl Content {
         match self {
             Content::Points(content) => Content::Points(content.reachable()),
             Content::Probes(content) => Content::Probes(content.clone()),
+            Content::Regions(content) => Content::Regions(content.clone()),
         }
     }
 
@@ -114,6 +127,10 @@ impl Content {
             Content::Probes(content) => {
                 let visibility = content.visibility.as_deref();
                 digest.probes(id, transform, &content.probes, visibility);
+            }
+            Content::Regions(content) => {
+                let arrays = &content.arrays;
+                digest.regions(id, transform, &arrays.regions, &arrays.pairs);
             }
         }
     }

@@ -266,6 +266,12 @@ impl Report {
                     signals,
                     entries,
                 } => ("instances", coding, signals, entries),
+                ModelReport::Regions {
+                    coding,
+                    signals,
+                    entries,
+                    ..
+                } => ("regions", coding, signals, entries),
             };
             if rows.len() <= LISTED_TRACKS {
                 rows.push(vec![
