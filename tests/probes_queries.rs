@@ -44,7 +44,7 @@ fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)> {
     let queries = vector.info.queries.iter().enumerate();
     let queries = queries.map(|(number, query)| match query {
         Query::Probes(query) => (number, query),
-        Query::Points(_) | Query::Regions(_) => panic!("{}: not of probes", vector.path()),
+        _ => panic!("{}: not of probes", vector.path()),
     });
     queries.filter(|(_, query)| query.track == track).collect()
 }

@@ -24,7 +24,7 @@ fn vectors() -> Vec<Vector> {
 fn queries(vector: &Vector) -> impl Iterator<Item = &PointsQuery> {
     vector.info.queries.iter().map(|query| match query {
         Query::Points(query) => query,
-        Query::Probes(_) | Query::Regions(_) => panic!("{}: not of points", vector.path()),
+        _ => panic!("{}: not of points", vector.path()),
     })
 }
 
