@@ -39,8 +39,8 @@ impl Site {
 /// triangles have none; an instance without area has none at all.
 ///
 /// Every fourth is held out. Samples follow the order of the triangles, so that those held out lie everywhere.
-/// An instance keeps its samples whatever else is in the scene.
-pub fn place(scene: &Scene, pose: &Pose, instance: usize, count: u32) -> Vec<Site> {
+/// They depend on the instance and the seed alone, whatever else is in the scene.
+pub fn place(scene: &Scene, pose: &Pose, instance: usize, count: u32, seed: u64) -> Vec<Site> {
     let mesh = &scene.meshes[scene.instances[instance].mesh];
     let world = &pose.world_from_mesh[instance];
     let positions = pose.shape(scene, instance);
@@ -59,7 +59,7 @@ pub fn place(scene: &Scene, pose: &Pose, instance: usize, count: u32) -> Vec<Sit
     if running.is_empty() {
         return Vec::new();
     }
-    let mut random = Rng::new(Rng::new(instance as u64).draw());
+    let mut random = Rng::new(Rng::new(seed).draw());
     let part = total / f64::from(count);
     let mut sites = Vec::with_capacity(count as usize);
     for k in 0..count {

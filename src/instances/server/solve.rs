@@ -86,7 +86,7 @@ pub fn solve_traced(
 /// The samples of an instance outside geometry with obscurance in the scene, and how many others there are.
 pub fn trace(context: &Context, instance: usize) -> (Vec<Traced>, usize) {
     let Context { scene, pose, .. } = *context;
-    let sites = place(scene, pose, instance, context.samples);
+    let sites = place(scene, pose, instance, context.samples, instance as u64);
     let kernels = context.obscurance.kernels().len();
     let traced: Vec<Traced> = sites
         .par_iter()
