@@ -12,7 +12,9 @@
 //!
 //! - `local alone`: local obscurance of the mesh, the rung none.
 //! - `scalar`, `linear`: times the global function, fitted to rays from samples (the default).
+//! - `linear, refined local`: local values from alternating least squares over the chosen instances.
 //! - `linear, no local`: the linear function by itself.
+//! - `decorator`: a scalar by itself, from the surfaces about the foot of the instance.
 //! - `linear by volume`: fitted to the volume of spherical harmonics around the instances.
 //! - `per vertex`: a least squares fit of every instance by itself (`dapple::vertices`), with at most
 //!   `--vertex-samples` samples a face.
@@ -22,7 +24,7 @@
 use dapple::instances::server::fit::{self, Linear};
 use dapple::instances::server::solve::{self, Traced, UnitBox};
 use dapple::instances::server::{self, Context, Group, Layout, Site, Solved, Volume};
-use dapple::obscurance::{Blend, Gather, Obscurance};
+use dapple::obscurance::{Blend, Gather, Obscurance, foliage};
 use dapple::scene::{Pose, Scene};
 use dapple::trace::{Aabb, Tracer};
 use dapple::vertices;
@@ -217,6 +219,21 @@ fn measure(
     let solved = timed("fits", count, || solve_all(&traced, &local));
     let white = vec![vec![1.0; vertices]; SIGNALS];
     let alone = solve_all(&traced, &white);
+    let refined: Vec<Vec<f32>> = timed("refinement of local values", 1.0, || {
+        let pairs = chosen.iter().zip(&traced);
+        let instances: Vec<(usize, &[Traced])> = pairs.map(|(i, (t, _))| (*i, &t[..])).collect();
+        let one = |signal: usize| {
+            let of = server::refine(scene, group.mesh, &instances, &local[signal], signal);
+            println!(
+                "refinement, signal {signal}: held-out error {:.4}, then {:.4}, {} turns",
+                of.errors[0], of.errors[1], of.turns
+            );
+            of.local
+        };
+        (0..SIGNALS).map(one).collect()
+    });
+    let after = solve_all(&traced, &refined);
+    let decorated = timed("decorators", count, || decorators(context, group, &chosen))?;
     let volume = timed("volume", count, || {
         volume(options, scene, pose, corner, &chosen)
     })?;
@@ -262,6 +279,12 @@ fn measure(
             errors.add("local alone", with(&|_| fit::ONE, &local));
             errors.add("scalar", with(&|s| solved[k].fits[s].scalar.global, &local));
             errors.add("linear", with(&|s| solved[k].fits[s].linear.global, &local));
+            errors.add(
+                "linear, refined local",
+                with(&|s| after[k].fits[s].linear.global, &refined),
+            );
+            let scalar = |s: usize| [f64::from(decorated[k][s]), 0.0, 0.0, 0.0];
+            errors.add("decorator", with(&scalar, &white));
             errors.add(
                 "linear, no local",
                 with(&|s| alone[k].fits[s].linear.global, &white),
@@ -311,6 +334,25 @@ fn blended(values: &[Vec<f32>]) -> Vec<Vec<f32>> {
         }
     }
     all
+}
+
+/// Scalars of instances as small decorators, 1 where nothing is near; the mesh and its companions are taken out of the scene.
+fn decorators(context: &Context, group: &Group, chosen: &[usize]) -> dapple::Result<Vec<Vec<f32>>> {
+    let scene = context.scene;
+    let is_part = |instance: usize| {
+        let mesh = scene.instances[instance].mesh;
+        mesh == group.mesh || group.companions.iter().any(|c| c.mesh == mesh)
+    };
+    let bare = Tracer::new(scene, &foliage::without(context.pose, is_part));
+    let kernels = context.obscurance.kernels();
+    let obscurance = Obscurance::new(scene, &bare, kernels, context.obscurance.rays())?;
+    let context = Context {
+        obscurance: &obscurance,
+        ..*context
+    };
+    let one = |instance: &usize| server::decorator::scalar(&context, &bare, *instance);
+    let all = chosen.iter().map(one);
+    Ok(all.map(|s| s.unwrap_or(vec![1.0; SIGNALS])).collect())
 }
 
 fn volume(

@@ -1,5 +1,6 @@
 //! The rays of one point.
 
+use super::foliage::Attenuation;
 use super::{Kernel, MAX_BACK_SHARE, MAX_KERNELS};
 use crate::scene::{Scene, Surface};
 use crate::trace::offset::offset_origin;
@@ -37,6 +38,7 @@ pub struct Obscurance<'t, 's> {
     patterns: Patterns,
     /// Greatest reach of the kernels, in metres.
     reach: f32,
+    foliage: Option<&'t Attenuation<'t>>,
 }
 
 impl<'t, 's> Obscurance<'t, 's> {
@@ -69,7 +71,15 @@ impl<'t, 's> Obscurance<'t, 's> {
             kernels: kernels.to_vec(),
             patterns: Patterns::new(rays),
             reach: kernels.iter().fold(0.0, |r, kernel| kernel.reach().max(r)),
+            foliage: None,
         })
+    }
+
+    /// With foliage that attenuates rays; the tracer must be of the scene without it
+    /// ([`super::foliage::Foliage::without`]).
+    pub fn with_foliage(mut self, foliage: &'t Attenuation<'t>) -> Self {
+        self.foliage = Some(foliage);
+        self
     }
 
     pub fn scene(&self) -> &'s Scene {
@@ -104,7 +114,10 @@ impl<'t, 's> Obscurance<'t, 's> {
         if !(position.is_finite() && geometric_normal.is_finite() && normal.is_finite()) {
             return self.open();
         }
-        let origin = offset_origin(position, geometric_normal, self.tracer.reach());
+        let reach = self.tracer.reach();
+        // Points may lie on foliage, too.
+        let reach = self.foliage.map_or(reach, |f| reach.max(f.reach()));
+        let origin = offset_origin(position, geometric_normal, reach);
         let (directions, turn) = self.patterns.pick(seed);
         let frame = Frame::new(normal, turn);
         let directions = directions.iter().map(|d| frame.to_world(*d));
@@ -172,8 +185,14 @@ impl<'t, 's> Obscurance<'t, 's> {
                 0.0
             };
             let mut visible = [0.0; MAX_KERNELS];
-            for ((kernel, visible), sum) in self.kernels.iter().zip(&mut visible).zip(&mut sums) {
+            for (kernel, visible) in self.kernels.iter().zip(&mut visible) {
                 *visible = kernel.visibility(distance);
+            }
+            if let Some(foliage) = self.foliage.filter(|_| distance > 0.0) {
+                let left = foliage.transmission(origin, direction, distance.min(self.reach));
+                visible.iter_mut().for_each(|visible| *visible *= left);
+            }
+            for (visible, sum) in visible.iter().zip(&mut sums) {
                 *sum += f64::from(*visible);
             }
             each(direction, &visible[..self.kernels.len()]);

@@ -14,12 +14,14 @@
 //! - [`gather`]: the rays of a point on a surface and of a point in space, and which points are
 //!   inside geometry.
 //! - [`sphere`]: obscurance about a point in space, for any normal.
+//! - [`foliage`]: shrubs and trees that attenuate rays, where asked for.
 //! - [`artist`]: how two distances become the one value that a picture shows.
 //!
 //! What stops a ray is what stops it in [`crate::trace`]: MASK materials have holes, BLEND materials
 //! and windows stop nothing.
 
 pub mod artist;
+pub mod foliage;
 pub mod gather;
 pub mod kernel;
 pub mod sphere;

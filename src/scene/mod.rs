@@ -89,6 +89,17 @@ pub struct Mesh {
     pub morph_weights: Vec<f32>,
     /// Degenerate triangles that were dropped when the mesh was made.
     pub dropped_triangles: usize,
+    /// What `extras.foliage` of the mesh says, if it says something.
+    pub foliage: Option<FoliageWord>,
+}
+
+/// How a mesh attenuates rays, in the word of its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FoliageWord {
+    Shrub,
+    Tree,
+    /// It stops rays, whatever its material.
+    None,
 }
 
 /// Displacements of one morph target.

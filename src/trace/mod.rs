@@ -340,6 +340,12 @@ impl<'s> Tracer<'s> {
         self.closest_with(ray, &HitFilter(keep))
     }
 
+    /// Calls `each` for every opaque intersection at `0 < t <= t_max`, in no order that means anything.
+    pub fn for_each_hit(&self, ray: &Ray, each: impl Fn(Hit)) {
+        let nothing = self.closest_with(ray, &EveryHit(each));
+        debug_assert!(nothing.is_none());
+    }
+
     #[inline(always)]
     fn closest_with(&self, ray: &Ray, sides: &impl Sides) -> Option<Hit> {
         #[cfg(target_arch = "x86_64")]
@@ -483,6 +489,29 @@ impl<F: Fn(u32, u32, bool) -> bool> Sides for HitFilter<F> {
     #[inline(always)]
     fn stop(&self, instance: u32, hit: &TriangleHit) -> bool {
         (self.0)(instance, hit.triangle, hit.back)
+    }
+}
+
+/// None, after a call with each.
+struct EveryHit<F>(F);
+
+impl<F: Fn(Hit)> Sides for EveryHit<F> {
+    #[inline(always)]
+    fn windows(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn stop(&self, instance: u32, hit: &TriangleHit) -> bool {
+        (self.0)(Hit {
+            t: hit.t,
+            instance,
+            triangle: hit.triangle,
+            u: hit.u,
+            v: hit.v,
+            back: hit.back,
+        });
+        false
     }
 }
 

@@ -19,18 +19,22 @@
 //! Solvers are pure functions of one instance or mesh, given what is shared and only read. Nothing depends on
 //! the number of threads. What was measured is in `docs/instances.md`.
 
+pub mod decorator;
 pub mod fit;
 pub mod group;
 pub mod place;
+pub mod refine;
 pub mod solve;
 pub mod volume;
 
 #[cfg(test)]
 mod tests;
 
+pub use decorator::Decorator;
 pub use fit::{Fit, Linear, Rung};
 pub use group::{Group, groups};
 pub use place::Site;
+pub use refine::{Refined, refine};
 pub use solve::{Context, Solved, solve};
 pub use volume::{Layout, Volume};
 

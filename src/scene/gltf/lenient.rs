@@ -128,11 +128,14 @@ pub(super) fn read(text: &[u8], warn: &dyn Fn(String)) -> Read<json::Root> {
     from_value(root).map_err(failed)
 }
 
-/// Removes what says nothing (null, `extras`), and writes whole numbers such as `4.0` as integers.
+/// Removes what says nothing (null, and `extras` without a word on foliage), and writes whole numbers such as `4.0` as integers.
 fn clean(value: &mut Value) {
     match value {
         Value::Object(fields) => {
-            fields.retain(|key, value| key != "extras" && !value.is_null());
+            fields.retain(|key, value| {
+                let is_known = key != "extras" || value.get("foliage").is_some();
+                is_known && !value.is_null()
+            });
             fields.values_mut().for_each(clean);
         }
         Value::Array(items) => items.iter_mut().for_each(clean),

@@ -2,7 +2,7 @@
 
 use super::hierarchy::Order;
 use super::{DRACO, Document, Read, clean_name, conversion, get};
-use crate::scene::{Mesh, MorphTarget, Scene, normals};
+use crate::scene::{FoliageWord, Mesh, MorphTarget, Scene, normals};
 use ::gltf::json;
 use glam::{Vec2, Vec3, Vec4};
 use json::mesh::{Mode, Primitive, Semantic};
@@ -46,6 +46,7 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Mesh {
         morph_weights: source.weights.clone().unwrap_or_default(),
         ..Mesh::default()
     };
+    mesh.foliage = foliage(document, &source.extras, &mesh.name);
     if mesh.morph_weights.iter().any(|w| !w.is_finite()) {
         document.warn(format!(
             "the morph weights of mesh {} are not finite; they were left out",
@@ -75,6 +76,23 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Mesh {
     }
     mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
     mesh
+}
+
+/// What the extras of a mesh say of foliage.
+fn foliage(document: &Document, extras: &json::Extras, name: &str) -> Option<FoliageWord> {
+    let value: json::Value = json::deserialize::from_str(extras.as_ref()?.get()).ok()?;
+    match value.get("foliage")?.as_str() {
+        Some("shrub") => Some(FoliageWord::Shrub),
+        Some("tree") => Some(FoliageWord::Tree),
+        Some("none") => Some(FoliageWord::None),
+        None if value["foliage"].is_null() => None,
+        _ => {
+            document.warn(format!(
+                "extras.foliage of mesh {name} is none of shrub, tree and none; it was left out"
+            ));
+            None
+        }
+    }
 }
 
 /// One primitive as a mesh of its own. Optional attributes that cannot be used are left out, and so

@@ -1,6 +1,6 @@
 //! Files built here, sound and broken.
 
-use crate::scene::{Pose, Scene};
+use crate::scene::{FoliageWord, Pose, Scene};
 use glam::{Quat, Vec3};
 
 /// Builds a GLB: binary data with its accessors, and the rest of the JSON as text.
@@ -190,6 +190,33 @@ fn lists_strips_and_fans_of_all_index_types() {
     }
     // Without indices a list takes the vertices as they come: one triangle, the rest is left over.
     assert_eq!(corners(&scene(&square("", ONE_NODE))).len(), 1);
+}
+
+#[test]
+fn extras_of_meshes_name_foliage() {
+    let file = |extras: &str| {
+        let mut b = Builder::default();
+        b.vec3(&SQUARE);
+        b.glb(&format!(
+            r#""meshes":[{{"extras":{extras},"primitives":[{{"attributes":{{"POSITION":0}},"mode":6}}]}}],{ONE_NODE}"#
+        ))
+    };
+    for (extras, expected) in [
+        (r#"{"foliage":"shrub"}"#, Some(FoliageWord::Shrub)),
+        (r#"{"foliage":"tree","lod":2.0}"#, Some(FoliageWord::Tree)),
+        (r#"{"foliage":"none"}"#, Some(FoliageWord::None)),
+        (r#"{"foliage":null}"#, None),
+        (r#"{"leaves":"tree"}"#, None),
+        ("[1, 2]", None),
+    ] {
+        let scene = scene(&file(extras));
+        assert_eq!(scene.meshes[0].foliage, expected, "{extras}");
+        assert!(scene.warnings.is_empty(), "{extras}");
+    }
+    for extras in [r#"{"foliage":"grass"}"#, r#"{"foliage":1}"#] {
+        let scene = warned(&file(extras), "extras.foliage of mesh");
+        assert_eq!(scene.meshes[0].foliage, None);
+    }
 }
 
 #[test]
