@@ -16,6 +16,7 @@ import traceback
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
+import instances
 from container import Decoder
 from dump import Dump
 from errors import Fault
@@ -23,7 +24,7 @@ from light import INTERPOLATIONS, Light
 from limits import Limits
 from sampling import ambient_occlusion, normalised
 from session import Track
-from tracks import POINTS
+from tracks import INSTANCES, POINTS
 
 COMPLETE, REFUSED, NEED_INPUT, USAGE, BROKEN = 0, 1, 2, 64, 70
 
@@ -174,6 +175,8 @@ def run_queries(options: Options, data: bytes, out: BinaryIO) -> int:
             raise UsageError(f"no track {track_id}")
         if track.declaration.model == POINTS:
             numbers = [query_points(track, words[1:])]
+        elif track.declaration.model == INSTANCES:
+            numbers = [query_instances(track, line.decode("utf-8", "replace"))]
         else:
             if track_id not in lights:
                 lights[track_id] = Light(track.declaration, track.content)
@@ -190,6 +193,15 @@ def query_points(track: Track, words: list[str]) -> float:
         (x / 65536, y / 65536, z / 65536),
         normalised((nx, ny, nz)),
     )
+
+
+def query_instances(track: Track, line: str) -> float:
+    words = line.split(" ", 5)  # the path is the rest of the line
+    if len(words) != 6:
+        raise UsageError("a query of instances ends with a path")
+    x, y, z, local = integers(words[1:5], 4)
+    p = (x / 65536, y / 65536, z / 65536)
+    return instances.ambient_occlusion(track.declaration, track.content, words[5], p, local / 65536)
 
 
 def query_probes(light: Light, words: list[str]) -> list[float]:

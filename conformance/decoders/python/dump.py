@@ -3,13 +3,20 @@
 import struct
 from typing import BinaryIO
 
+import instances
 import points
 import probes
 from digest import xxh64
 from session import Track
-from tracks import CELLS, PACKED, POINTS, PROBES, RAW, Declaration, Grid, Volume
+from tracks import CELLS, INSTANCES, PACKED, POINTS, PROBES, RAW, Declaration, Grid, Table, Volume
 
-NAMES = {(POINTS, CELLS): "points cells", (PROBES, RAW): "probes raw", (PROBES, PACKED): "probes packed"}
+NAMES = {
+    (POINTS, CELLS): "points cells",
+    (PROBES, RAW): "probes raw",
+    (PROBES, PACKED): "probes packed",
+    (INSTANCES, RAW): "instances raw",
+    (INSTANCES, PACKED): "instances packed",
+}
 
 
 class Dump:
@@ -48,7 +55,12 @@ class Dump:
         said = track.declaration
         number = said.track_id
         self.line(declaration_line(said))
-        self.line(grid_line(said) if isinstance(said, Grid) else volume_line(said))
+        if isinstance(said, Grid):
+            self.line(grid_line(said))
+        elif isinstance(said, Volume):
+            self.line(volume_line(said))
+        else:
+            self.line(table_line(said))
         if track.transform is not None:
             bits = [
                 int.from_bytes(track.transform[at : at + 4], "little") for at in range(0, 48, 4)
@@ -56,8 +68,10 @@ class Dump:
             self.line(f"transform {number} {floats(bits)}")
         if isinstance(said, Grid):
             self.points(said, track.content)
-        else:
+        elif isinstance(said, Volume):
             self.probes(said, track.content)
+        else:
+            self.instances(said, track.content)
 
     def points(self, said: Grid, content: points.Content) -> None:
         digits = said.point_bits // 4
@@ -79,6 +93,11 @@ class Dump:
         self.line(f"values {number} {xxh64(values):016x}")
         if content.visibility is not None:
             self.line(f"visibility {number} {xxh64(content.visibility):016x}")
+
+    def instances(self, said: Table, content: instances.Content) -> None:
+        for key, values in content.entries:
+            shown = [",".join(f"{value & 0xFFFF:04x}" for value in signal) for signal in values]
+            self.line(f"entry {said.track_id} {key:016x} {' '.join(shown)}")
 
 
 def declaration_line(said: Declaration) -> str:
@@ -105,6 +124,14 @@ def volume_line(said: Volume) -> str:
         f"volume {said.track_id} {dx} {dy} {dz} {said.exponent} {said.side} "
         f"{','.join(str(step) for step in said.steps)} "
         f"{floats(said.spacing + (said.range,) + said.grid_from_mesh)}"
+    )
+
+
+def table_line(said: Table) -> str:
+    a, b = said.kinds
+    return (
+        f"instances {said.track_id} {said.count} {said.exponent} {said.step} {said.signals} {a},{b} "
+        f"{floats(said.distances + (said.share,))}"
     )
 
 

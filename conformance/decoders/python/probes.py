@@ -7,9 +7,11 @@ from typing import NamedTuple, Protocol
 
 from base import Base
 from errors import Fault
+from rangecoder import RangeDecoder
 from tracks import PROBES, RAW, Volume
 
 KEYFRAME = 1
+ENTROPY = 3105  # error of entropy-coded bytes
 REACH = 4  # most steps from an absent probe that is filled to a present one
 VISIBILITY = 1
 NO_CODES = (0,) * 27
@@ -121,57 +123,7 @@ def read_raw(track: Volume, section: bytes, before: Content) -> dict[int, Probe]
     return after
 
 
-# ---- Coding `packed`: the range coder (section 6.2) ----
-
-
-class RangeDecoder:
-    """Bits out of a section's part. Bytes beyond its end are 0."""
-
-    def __init__(self, data: bytes) -> None:
-        self.data = data
-        self.taken = 0  # bytes, those beyond the end too
-        self.range = 2**32 - 1
-        self.code = 0
-        for _ in range(4):
-            self.code = self.code << 8 | self.next_byte()
-        if self.code >= self.range:  # [B-035]
-            raise Fault(3105)
-        self.estimates = [256 * start + 128 for start in STARTS]  # [B-033]
-
-    def next_byte(self) -> int:
-        byte = self.data[self.taken] if self.taken < len(self.data) else 0
-        self.taken += 1
-        return byte
-
-    def bounded(self, bound: int) -> int:
-        """[B-030]"""
-        if self.code < bound:
-            bit = 0
-            self.range = bound
-        else:
-            bit = 1
-            self.code -= bound
-            self.range -= bound
-        while self.range < 2**24:
-            self.range <<= 8
-            self.code = self.code << 8 | self.next_byte()
-        return bit
-
-    def bit(self, context: int) -> int:
-        """[B-031]: a bit in a context, which is adapted."""
-        q = self.estimates[context]
-        bit = self.bounded((self.range >> 16) * q)
-        self.estimates[context] = q - (q >> 5) if bit else q + ((65536 - q) >> 5)
-        return bit
-
-    def even(self) -> int:
-        """[B-032]"""
-        return self.bounded(self.range >> 1)
-
-    def finish(self) -> None:
-        """[B-034]"""
-        if not len(self.data) <= self.taken <= len(self.data) + 4:
-            raise Fault(3105)
+# ---- Coding `packed`: its bits (section 6.2) ----
 
 
 class Bits(Protocol):
@@ -247,7 +199,7 @@ GROUPS = (range(0, 1), range(1, 3), range(3, 6), range(6, 12), range(12, 17), ra
 
 def read_packed(track: Volume, section: bytes, before: Content) -> dict[int, Probe]:
     """The probes that are present after the frame."""
-    bits = RangeDecoder(section)
+    bits = RangeDecoder(section, STARTS, ENTROPY)
     after = decode_probes(bits, track, before)
     bits.finish()
     return after

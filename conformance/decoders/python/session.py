@@ -9,6 +9,7 @@ import struct
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import instances
 import points
 import probes
 from base import Base
@@ -16,19 +17,24 @@ from digest import Xxh64
 from errors import Fault
 from limits import Limits
 from payload import Fields
-from tracks import POINTS, Declaration, Grid, read_entry
+from tracks import INSTANCES, POINTS, PROBES, Declaration, Grid, read_entry
 
 STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END = 1, 2, 3, 4, 5, 6, 7
-POINTS_RECORD, PROBES_RECORD = MODEL_RECORDS = 0x20, 0x21
+MODEL_RECORDS = {
+    0x20: points.read_points,
+    0x21: probes.read_probes,
+    0x23: instances.read_instances,
+}
 
-Content = points.Content | probes.Content
+Content = points.Content | probes.Content | instances.Content
+CONTENTS = {POINTS: points.Content, PROBES: probes.Content, INSTANCES: instances.Content}
 
 NO_TRANSFORM = bytes(48)
 
 
 def nothing(declaration: Declaration) -> Content:
     """The content of an empty track."""
-    return points.Content() if declaration.model == POINTS else probes.Content()
+    return CONTENTS[declaration.model]()
 
 
 @dataclass
@@ -233,13 +239,13 @@ class Session:
             self.frame = Frame()
         return self.frame
 
-    # ---- points.md, section 5; probes.md, section 4 ----
+    # ---- points.md, section 5; probes.md, section 4; instances.md, section 4 ----
 
     def check_model_header(self, unpacked_length: int) -> None:
         """What is checked of a model record before it is unpacked [C-112]."""
         self.check_group()
         so_far = self.frame.model_bytes if self.frame is not None else 0
-        if so_far + unpacked_length > self.limits.frame_bytes:  # [P-014], [B-018]
+        if so_far + unpacked_length > self.limits.frame_bytes:  # [P-014], [B-018], [I-018]
             raise Fault(4009)
 
     def take_model(self, record_type: int, payload: bytes) -> None:
@@ -254,8 +260,7 @@ class Session:
             from_nothing=frame.from_nothing,
             in_frame=set(frame.contents),
         )
-        read = points.read_points if record_type == POINTS_RECORD else probes.read_probes
-        contents = read(payload, base)
+        contents = MODEL_RECORDS[record_type](payload, base)
         frame = self.opened_frame()
         frame.contents.update(contents)
         frame.model_bytes += len(payload)

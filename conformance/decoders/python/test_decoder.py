@@ -19,6 +19,7 @@ from digest import crc32c, xxh64
 from errors import Fault
 from limits import Limits
 from packing import unpack_lz4, unpack_zstd
+from rangecoder import RangeDecoder
 from sampling import dot, normalised, octahedral
 from tracks import PACKED, RAW, Volume
 
@@ -342,7 +343,7 @@ class RangeEncoder:
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
         self.state = (0, 2**32 - 1, 4)  # low, range, bytes so far
-        self.estimates = probes.RangeDecoder(b"").estimates
+        self.estimates = RangeDecoder(b"", probes.STARTS, probes.ENTROPY).estimates
 
     def bounded(self, bound: int, bit: int) -> int:
         low, size, count = self.state

@@ -1,4 +1,5 @@
-"""Declarations of tracks (container.md, section 6.3; their parameters: points.md 2, probes.md 3)."""
+"""Declarations of tracks (container.md, section 6.3; their parameters: points.md 2, probes.md 3, obscurance.md 3,
+instances.md 3)."""
 
 from dataclasses import dataclass, fields
 from typing import ClassVar
@@ -7,9 +8,10 @@ from errors import Fault
 from limits import Limits
 from payload import Fields, as_number
 
-POINTS, PROBES = 1, 2  # models
+POINTS, PROBES, INSTANCES = 1, 2, 4  # models
 CELLS = 0  # the coding of `points`
-RAW, PACKED = 0, 1  # the codings of `probes`
+RAW, PACKED = 0, 1  # the codings of `probes` and of baked models
+CODINGS = {POINTS: (CELLS,), PROBES: (RAW, PACKED), INSTANCES: (RAW, PACKED)}
 
 
 @dataclass(frozen=True)
@@ -17,7 +19,7 @@ class Declaration:
     """What a track's entry says of any model. Every f32 is kept as its bits."""
 
     model: ClassVar[int]
-    f32s: ClassVar[set[str]] = {"aabb", "grid_from_mesh"}  # the fields that hold f32
+    f32s: ClassVar[set[str]] = {"aabb"}  # the fields that hold f32
 
     track_id: int
     coding: int
@@ -27,8 +29,6 @@ class Declaration:
     content_hash: int
     path: str
     aabb: tuple[int, ...]  # minimum, then maximum
-    grid_from_mesh: tuple[int, ...]
-    dims: tuple[int, int, int]
 
     def same_as(self, other: "Declaration") -> bool:
         """[C-075]: all fields, where -0 and +0 are one number."""
@@ -46,11 +46,21 @@ class Declaration:
 
 
 @dataclass(frozen=True)
-class Grid(Declaration):
+class Gridded(Declaration):
+    """A track of a model that has a grid space."""
+
+    f32s = Declaration.f32s | {"grid_from_mesh"}
+
+    grid_from_mesh: tuple[int, ...]
+    dims: tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Grid(Gridded):
     """A track of `points` (points.md, section 2)."""
 
     model = POINTS
-    f32s = Declaration.f32s | {"edge", "radius"}
+    f32s = Gridded.f32s | {"edge", "radius"}
 
     edge: int
     radius: int
@@ -75,11 +85,11 @@ class Grid(Declaration):
 
 
 @dataclass(frozen=True)
-class Volume(Declaration):
+class Volume(Gridded):
     """A track of `probes` (probes.md, section 3)."""
 
     model = PROBES
-    f32s = Declaration.f32s | {"spacing", "range"}
+    f32s = Gridded.f32s | {"spacing", "range"}
 
     spacing: tuple[int, int, int]
     exponent: int
@@ -102,6 +112,34 @@ class Volume(Declaration):
         return self.probes * (184 + 2 * self.side**2)
 
 
+@dataclass(frozen=True)
+class Baked(Declaration):
+    """A track of a baked model: its signals block (obscurance.md, section 3)."""
+
+    f32s = Declaration.f32s | {"distances", "share"}
+
+    signals: int
+    kinds: tuple[int, int]  # of kernels A and B
+    distances: tuple[int, int]
+    share: int
+
+
+@dataclass(frozen=True)
+class Table(Baked):
+    """A track of `instances` (instances.md, section 3)."""
+
+    model = INSTANCES
+
+    count: int
+    exponent: int
+    step: int
+
+    @property
+    def state_bytes(self) -> int:
+        """[I-002]: what the track counts against the limit of decoded state."""
+        return self.count * (16 + 16 * self.signals)
+
+
 def read_entry(payload: Fields, limits: Limits) -> Declaration:
     """One entry of a `track` record: steps 1 to 4 of the order of checks."""
     # 1. The size.
@@ -115,10 +153,10 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
     # 2. The fields in the order of their offsets, each checked as soon as it is read.
     track_id = entry.u32()
     model = entry.u16()
-    if model not in (POINTS, PROBES):  # [C-071]
+    if model not in CODINGS:  # [C-071]
         raise Fault(2007)
     coding = entry.u16()
-    if coding not in ((CELLS,) if model == POINTS else (RAW, PACKED)):
+    if coding not in CODINGS[model]:
         raise Fault(2008)
     space = entry.u8()
     if space > (1 if model == POINTS else 0):
@@ -130,10 +168,12 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
     if has_hash > 1 or (has_hash == 0 and content_hash != 0):  # here, not at offset 13
         raise Fault(2002)
     aabb = entry.f32s(6)
-    grid_from_mesh = entry.f32s(12)
-    dims = (entry.u16(), entry.u16(), entry.u16())
-    entry.zero(2)
-    parameters = read_grid(entry) if model == POINTS else read_volume(entry, coding)
+    if model == POINTS:
+        parameters = read_grid(entry)
+    elif model == PROBES:
+        parameters = read_volume(entry, coding)
+    else:
+        parameters = read_table(entry)
 
     # 3. The path, then the padding.
     if path_length > limits.path_bytes:
@@ -152,26 +192,39 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
             raise Fault(2010)
     common = (
         track_id, coding, space, application, bool(has_hash), content_hash, path, aabb,
-        grid_from_mesh, dims,
     )
     if model == POINTS:
         grid = Grid(*common, **parameters)
         check_grid(grid)
         return grid
-    volume = Volume(*common, **parameters)
-    check_volume(volume)
-    return volume
+    if model == PROBES:
+        volume = Volume(*common, **parameters)
+        check_volume(volume)
+        return volume
+    table = Table(*common, **parameters)
+    check_signals(table)
+    check_table(table)
+    return table
+
+
+def read_grid_space(entry: Fields) -> dict:
+    """What the parameters of `points` and `probes` begin with."""
+    grid_from_mesh = entry.f32s(12)
+    dims = (entry.u16(), entry.u16(), entry.u16())
+    entry.zero(2)
+    return dict(grid_from_mesh=grid_from_mesh, dims=dims)
 
 
 # ---- points.md, section 2 ----
 
 
 def read_grid(entry: Fields) -> dict:
-    """The parameters of `points` from offset 112 on."""
+    """The parameters of `points`."""
+    space = read_grid_space(entry)
     edge, radius = entry.f32s(2)
     position_bits, normal_bits, ao_bits = entry.u8(), entry.u8(), entry.u8()
     entry.zero(1)
-    return dict(
+    return space | dict(
         edge=edge, radius=radius,
         position_bits=position_bits, normal_bits=normal_bits, ao_bits=ao_bits,
         bucket_count=entry.u32(), cell_capacity=entry.u32(),
@@ -205,7 +258,8 @@ def radius_fits(radius: int, edge: int) -> bool:
 
 
 def read_volume(entry: Fields, coding: int) -> dict:
-    """The parameters of `probes` from offset 112 on."""
+    """The parameters of `probes`."""
+    space = read_grid_space(entry)
     spacing = entry.f32s(3)
     exponent = entry.u8()
     side = entry.u8()
@@ -214,7 +268,7 @@ def read_volume(entry: Fields, coding: int) -> dict:
     steps = tuple(entry.u16() for _ in range(6))
     if coding == RAW and any(steps):  # [C-041], once the last of them is read
         raise Fault(2002)
-    return dict(
+    return space | dict(
         spacing=spacing, exponent=exponent - 256 if exponent >= 128 else exponent,
         side=side, range=visibility_range, steps=steps,
     )
@@ -238,3 +292,51 @@ def check_volume(track: Volume) -> None:
         first, *others = track.steps
         if not 1 <= first <= 2560 or not all(1 <= step <= 32768 for step in others):
             raise Fault(2026)
+
+
+# ---- obscurance.md, section 3 ----
+
+
+def read_signals(entry: Fields) -> dict:
+    """The signals block."""
+    signals, kinds = entry.u8(), (entry.u8(), entry.u8())
+    entry.zero(1)
+    distances = (entry.f32(), entry.f32())
+    return dict(signals=signals, kinds=kinds, distances=distances, share=entry.f32())
+
+
+def check_signals(track: Baked) -> None:
+    """[O-001] to [O-003], all error 2028."""
+    a, b = track.kinds
+    if track.signals not in (1, 2) or (track.signals == 2 and b == 0):
+        raise Fault(2028)
+    if a not in (1, 2) or b not in (0, 1, 2):
+        raise Fault(2028)
+    distance_a, distance_b = track.distances
+    if as_number(distance_a) <= 0:
+        raise Fault(2028)
+    if distance_b != 0 if b == 0 else as_number(distance_b) <= 0:
+        raise Fault(2028)
+    if b == 0:
+        share_fits = track.share == 0  # in all bits
+    else:
+        share_fits = 0 <= as_number(track.share) <= 0x3F800000  # 1.0
+    if not share_fits:
+        raise Fault(2028)
+
+
+# ---- instances.md, section 3 ----
+
+
+def read_table(entry: Fields) -> dict:
+    """The parameters of `instances`."""
+    signals = read_signals(entry)
+    count, exponent = entry.u32(), entry.u8()
+    entry.zero(1)
+    return signals | dict(count=count, exponent=exponent, step=entry.u16())
+
+
+def check_table(track: Table) -> None:
+    """[I-001]"""
+    if not (1 <= track.count <= 2**24 and track.exponent <= 3 and 1 <= track.step <= 32767):
+        raise Fault(2030)

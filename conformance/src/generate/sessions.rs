@@ -3,6 +3,7 @@
 
 mod failures;
 mod faults;
+mod instances;
 mod loss;
 mod probes;
 
@@ -94,6 +95,7 @@ fn cases() -> Vec<Case> {
     control(&mut all);
     pieces(&mut all);
     probes::probes(&mut all);
+    instances::instances(&mut all);
     all
 }
 

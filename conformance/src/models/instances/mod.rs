@@ -7,6 +7,8 @@ pub mod expected;
 pub mod frames;
 #[cfg(feature = "generate")]
 pub mod generate;
+#[cfg(feature = "generate")]
+pub mod oracle;
 pub mod queries;
 #[cfg(feature = "generate")]
 pub mod writer;
