@@ -22,6 +22,7 @@ pub mod kind {
     pub const POINTS: u16 = 0x20;
     pub const PROBES: u16 = 0x21;
     pub const INSTANCES: u16 = 0x23;
+    pub const REGIONS: u16 = 0x24;
 }
 
 /// Bytes of a preamble and of a record header.

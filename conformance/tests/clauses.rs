@@ -23,10 +23,6 @@ fn vectors() -> Vec<Vector> {
     vector::load(&vector::folder()).expect("vectors")
 }
 
-/// Clauses and errors of baked models that have no vectors yet.
-const PENDING: [&str; 1] = ["R-"];
-const PENDING_ERRORS: [u16; 8] = [2031, 3401, 3402, 3403, 3404, 3405, 3406, 3407];
-
 #[test]
 fn every_clause_has_a_vector_or_a_test() {
     let vectors = vectors();
@@ -34,9 +30,7 @@ fn every_clause_has_a_vector_or_a_test() {
     for clause in stated() {
         let shown = vectors.iter().any(|vector| clauses::shows(vector, &clause));
         let tested = clauses::tests(&clause.id).next().is_some();
-        let enough = shown
-            || (clause.class == Class::Behaviour && tested)
-            || PENDING.contains(&&clause.id[..2]);
+        let enough = shown || (clause.class == Class::Behaviour && tested);
         if !enough {
             bare.push(format!("{} ({})", clause.id, clause.class.name()));
         }
@@ -121,7 +115,6 @@ fn every_must_stands_in_a_clause() {
 #[test]
 fn every_error_has_a_vector() {
     let mut shown = BTreeSet::from([4012, 4013, 4014]);
-    shown.extend(PENDING_ERRORS);
     for vector in vectors() {
         if let Some(error) = &vector.info.error {
             shown.insert(error.id);

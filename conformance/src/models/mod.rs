@@ -161,6 +161,7 @@ pub enum Parameters {
     Points(points::writer::Grid),
     Probes(probes::writer::Volume),
     Instances(instances::writer::Table),
+    Regions(regions::writer::Set),
 }
 
 #[cfg(feature = "generate")]
@@ -171,6 +172,7 @@ impl Parameters {
             Parameters::Points(grid) => grid.bytes(),
             Parameters::Probes(volume) => volume.bytes(),
             Parameters::Instances(table) => table.bytes(),
+            Parameters::Regions(set) => set.bytes(),
         }
     }
 }
@@ -182,6 +184,7 @@ pub enum Expected {
     Points(points::expected::Cells),
     Probes(probes::expected::Probes),
     Instances(instances::expected::Entries),
+    Regions(regions::expected::Regions),
 }
 
 /// An expected state of a model.
@@ -206,6 +209,7 @@ impl Expected {
             Parameters::Instances(table) => {
                 Expected::Instances(instances::expected::Entries::new(table))
             }
+            Parameters::Regions(set) => Expected::Regions(regions::expected::Regions::new(set)),
         }
     }
 
@@ -215,6 +219,7 @@ impl Expected {
             Expected::Points(cells) => cells,
             Expected::Probes(probes) => probes,
             Expected::Instances(entries) => entries,
+            Expected::Regions(regions) => regions,
         }
     }
 }
@@ -227,5 +232,6 @@ impl Expected {
 pub fn generate(drafts: &mut Vec<Draft>) -> Result<(), String> {
     points::generate::add(drafts)?;
     probes::generate::add(drafts)?;
-    instances::generate::add(drafts)
+    instances::generate::add(drafts)?;
+    regions::generate::add(drafts)
 }

@@ -17,10 +17,9 @@ pub fn parameters(id: u32, set: &RegionSet, out: &mut String) {
         step,
         ..
     } = set;
-    let _ = write!(out, "set {id} {count} {capacity} {exponent} {step} ");
+    let _ = write!(out, "regions {id} {count} {capacity} {exponent} {step} ");
     let [first, second] = signals.kernels;
-    let numbers = [signals.count, first.kind, second.kind];
-    commas(numbers, out, |number, out| write!(out, "{number}"));
+    let _ = write!(out, "{} {},{}", signals.count, first.kind, second.kind);
     floats(&[first.distance, second.distance, signals.share], out);
     out.push('\n');
 }

@@ -1,7 +1,17 @@
 //! The model `regions`.
 
 mod dump;
+#[cfg(feature = "generate")]
+pub mod expected;
+#[cfg(feature = "generate")]
+pub mod frames;
+#[cfg(feature = "generate")]
+pub mod generate;
+#[cfg(feature = "generate")]
+pub mod oracle;
 pub mod queries;
+#[cfg(feature = "generate")]
+pub mod writer;
 
 use dapple_codec::regions::{Coding, RegionSet};
 use dapple_codec::{Decoder, TrackState};
