@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import BinaryIO
 
 import instances
+import regions
 from container import Decoder
 from dump import Dump
 from errors import Fault
@@ -24,7 +25,7 @@ from light import INTERPOLATIONS, Light
 from limits import Limits
 from sampling import ambient_occlusion, normalised
 from session import Track
-from tracks import INSTANCES, POINTS
+from tracks import INSTANCES, POINTS, REGIONS
 
 COMPLETE, REFUSED, NEED_INPUT, USAGE, BROKEN = 0, 1, 2, 64, 70
 
@@ -177,6 +178,8 @@ def run_queries(options: Options, data: bytes, out: BinaryIO) -> int:
             numbers = [query_points(track, words[1:])]
         elif track.declaration.model == INSTANCES:
             numbers = [query_instances(track, line.decode("utf-8", "replace"))]
+        elif track.declaration.model == REGIONS:
+            numbers = [query_regions(track, words[1:])]
         else:
             if track_id not in lights:
                 lights[track_id] = Light(track.declaration, track.content)
@@ -202,6 +205,16 @@ def query_instances(track: Track, line: str) -> float:
     x, y, z, local = integers(words[1:5], 4)
     p = (x / 65536, y / 65536, z / 65536)
     return instances.ambient_occlusion(track.declaration, track.content, words[5], p, local / 65536)
+
+
+def query_regions(track: Track, words: list[str]) -> float:
+    x, y, z, nx, ny, nz = integers(words, 6)
+    return regions.ambient_occlusion(
+        track.declaration,
+        track.content,
+        (x / 65536, y / 65536, z / 65536),
+        normalised((nx, ny, nz)),
+    )
 
 
 def query_probes(light: Light, words: list[str]) -> list[float]:

@@ -6,9 +6,10 @@ from typing import BinaryIO
 import instances
 import points
 import probes
+import regions
 from digest import xxh64
 from session import Track
-from tracks import CELLS, INSTANCES, PACKED, POINTS, PROBES, RAW, Declaration, Grid, Table, Volume
+from tracks import CELLS, INSTANCES, PACKED, POINTS, PROBES, RAW, REGIONS, Declaration, Grid, RegionSet, Table, Volume
 
 NAMES = {
     (POINTS, CELLS): "points cells",
@@ -16,6 +17,8 @@ NAMES = {
     (PROBES, PACKED): "probes packed",
     (INSTANCES, RAW): "instances raw",
     (INSTANCES, PACKED): "instances packed",
+    (REGIONS, RAW): "regions raw",
+    (REGIONS, PACKED): "regions packed",
 }
 
 
@@ -59,8 +62,10 @@ class Dump:
             self.line(grid_line(said))
         elif isinstance(said, Volume):
             self.line(volume_line(said))
-        else:
+        elif isinstance(said, Table):
             self.line(table_line(said))
+        else:
+            self.line(region_set_line(said))
         if track.transform is not None:
             bits = [
                 int.from_bytes(track.transform[at : at + 4], "little") for at in range(0, 48, 4)
@@ -70,8 +75,10 @@ class Dump:
             self.points(said, track.content)
         elif isinstance(said, Volume):
             self.probes(said, track.content)
-        else:
+        elif isinstance(said, Table):
             self.instances(said, track.content)
+        else:
+            self.regions(said, track.content)
 
     def points(self, said: Grid, content: points.Content) -> None:
         digits = said.point_bits // 4
@@ -98,6 +105,13 @@ class Dump:
         for key, values in content.entries:
             shown = [",".join(f"{value & 0xFFFF:04x}" for value in signal) for signal in values]
             self.line(f"entry {said.track_id} {key:016x} {' '.join(shown)}")
+
+    def regions(self, said: RegionSet, content: regions.Content) -> None:
+        for index, region in enumerate(content.regions):
+            form = ",".join(str(number) for number in region.form)
+            centre = "- - -" if region.centre is None else floats(region.centre)
+            shown = ",".join(f"{value & 0xFFFF:04x}" for value in region.values)
+            self.line(f"region {said.track_id} {index} {form} {floats(region.box)} {centre} {shown}")
 
 
 def declaration_line(said: Declaration) -> str:
@@ -131,6 +145,14 @@ def table_line(said: Table) -> str:
     a, b = said.kinds
     return (
         f"instances {said.track_id} {said.count} {said.exponent} {said.step} {said.signals} {a},{b} "
+        f"{floats(said.distances + (said.share,))}"
+    )
+
+
+def region_set_line(said: RegionSet) -> str:
+    a, b = said.kinds
+    return (
+        f"regions {said.track_id} {said.count} {said.capacity} {said.exponent} {said.step} {said.signals} {a},{b} "
         f"{floats(said.distances + (said.share,))}"
     )
 

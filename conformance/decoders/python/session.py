@@ -12,22 +12,29 @@ from typing import Protocol
 import instances
 import points
 import probes
+import regions
 from base import Base
 from digest import Xxh64
 from errors import Fault
 from limits import Limits
 from payload import Fields
-from tracks import INSTANCES, POINTS, PROBES, Declaration, Grid, read_entry
+from tracks import INSTANCES, POINTS, PROBES, REGIONS, Declaration, Grid, read_entry
 
 STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END = 1, 2, 3, 4, 5, 6, 7
 MODEL_RECORDS = {
     0x20: points.read_points,
     0x21: probes.read_probes,
     0x23: instances.read_instances,
+    0x24: regions.read_regions,
 }
 
-Content = points.Content | probes.Content | instances.Content
-CONTENTS = {POINTS: points.Content, PROBES: probes.Content, INSTANCES: instances.Content}
+Content = points.Content | probes.Content | instances.Content | regions.Content
+CONTENTS = {
+    POINTS: points.Content,
+    PROBES: probes.Content,
+    INSTANCES: instances.Content,
+    REGIONS: regions.Content,
+}
 
 NO_TRANSFORM = bytes(48)
 
@@ -239,7 +246,7 @@ class Session:
             self.frame = Frame()
         return self.frame
 
-    # ---- points.md, section 5; probes.md, section 4; instances.md, section 4 ----
+    # ---- points.md, section 5; probes.md, section 4; instances.md, section 4; regions.md, section 4 ----
 
     def check_model_header(self, unpacked_length: int) -> None:
         """What is checked of a model record before it is unpacked [C-112]."""

@@ -1,5 +1,5 @@
 """Declarations of tracks (container.md, section 6.3; their parameters: points.md 2, probes.md 3, obscurance.md 3,
-instances.md 3)."""
+instances.md 3, regions.md 3)."""
 
 from dataclasses import dataclass, fields
 from typing import ClassVar
@@ -8,10 +8,10 @@ from errors import Fault
 from limits import Limits
 from payload import Fields, as_number
 
-POINTS, PROBES, INSTANCES = 1, 2, 4  # models
+POINTS, PROBES, INSTANCES, REGIONS = 1, 2, 4, 5  # models
 CELLS = 0  # the coding of `points`
 RAW, PACKED = 0, 1  # the codings of `probes` and of baked models
-CODINGS = {POINTS: (CELLS,), PROBES: (RAW, PACKED), INSTANCES: (RAW, PACKED)}
+CODINGS = {POINTS: (CELLS,), PROBES: (RAW, PACKED), INSTANCES: (RAW, PACKED), REGIONS: (RAW, PACKED)}
 
 
 @dataclass(frozen=True)
@@ -140,6 +140,23 @@ class Table(Baked):
         return self.count * (16 + 16 * self.signals)
 
 
+@dataclass(frozen=True)
+class RegionSet(Baked):
+    """A track of `regions` (regions.md, section 3)."""
+
+    model = REGIONS
+
+    count: int
+    capacity: int  # pairs of coefficients
+    exponent: int
+    step: int
+
+    @property
+    def state_bytes(self) -> int:
+        """[R-004]: what the track counts against the limit of decoded state."""
+        return 96 * self.count + 8 * self.capacity
+
+
 def read_entry(payload: Fields, limits: Limits) -> Declaration:
     """One entry of a `track` record: steps 1 to 4 of the order of checks."""
     # 1. The size.
@@ -172,8 +189,10 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
         parameters = read_grid(entry)
     elif model == PROBES:
         parameters = read_volume(entry, coding)
-    else:
+    elif model == INSTANCES:
         parameters = read_table(entry)
+    else:
+        parameters = read_region_set(entry)
 
     # 3. The path, then the padding.
     if path_length > limits.path_bytes:
@@ -201,6 +220,11 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
         volume = Volume(*common, **parameters)
         check_volume(volume)
         return volume
+    if model == REGIONS:
+        regions = RegionSet(*common, **parameters)
+        check_signals(regions)
+        check_region_set(regions)
+        return regions
     table = Table(*common, **parameters)
     check_signals(table)
     check_table(table)
@@ -340,3 +364,25 @@ def check_table(track: Table) -> None:
     """[I-001]"""
     if not (1 <= track.count <= 2**24 and track.exponent <= 3 and 1 <= track.step <= 32767):
         raise Fault(2030)
+
+
+# ---- regions.md, section 3 ----
+
+
+def read_region_set(entry: Fields) -> dict:
+    """The parameters of `regions`."""
+    signals = read_signals(entry)
+    count, capacity = entry.u32(), entry.u32()
+    exponent = entry.u8()
+    entry.zero(1)
+    return signals | dict(count=count, capacity=capacity, exponent=exponent, step=entry.u16())
+
+
+def check_region_set(track: RegionSet) -> None:
+    """[R-001] to [R-003]."""
+    if not 1 <= track.count <= 2**20:
+        raise Fault(2031)
+    if not track.count <= track.capacity <= 63 * track.count:
+        raise Fault(2031)
+    if track.exponent > 3 or not 1 <= track.step <= 32767:
+        raise Fault(2031)
