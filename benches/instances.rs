@@ -12,25 +12,37 @@
 //!
 //! - `local alone`: local obscurance of the mesh, the rung none.
 //! - `scalar`, `linear`: times the global function, fitted to rays from samples (the default).
+//! - `two signals`: the linear functions of 2 m and 300 m, blended as a client does that has both apart: the blend of the
+//!   functions times the blend of the local values. It differs in the last column alone.
 //! - `linear, refined local`: local values from alternating least squares over the chosen instances.
 //! - `linear, no local`: the linear function by itself.
-//! - `decorator`: a scalar by itself, from the surfaces about the foot of the instance.
+//! - `decorator`: a scalar by itself, from the surfaces about the foot of the instance. For small instances alone.
 //! - `linear by volume`: fitted to the volume of spherical harmonics around the instances.
 //! - `per vertex`: a least squares fit of every instance by itself (`dapple::vertices`), with at most
 //!   `--vertex-samples` samples a face.
 //!
 //! The volume is made around the chosen instances only; its cost is told per instance.
 
+use dapple::codec::instances::{Coding, Update};
+use dapple::codec::signals::{Kernel, Signals};
+use dapple::codec::{
+    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track,
+};
 use dapple::instances::server::fit::{self, Linear};
 use dapple::instances::server::solve::{self, Traced, UnitBox};
-use dapple::instances::server::{self, Context, Group, Layout, Site, Solved, Volume};
+use dapple::instances::server::{
+    self, Context, Function, Group, Layout, Rung, Site, Solved, Volume,
+};
 use dapple::obscurance::{Blend, Gather, Obscurance, foliage};
-use dapple::scene::{Pose, Scene};
+use dapple::scene::{Mesh, Pose, Scene};
 use dapple::trace::{Aabb, Tracer};
 use dapple::vertices;
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
+
+/// Metres across up to which a mesh is a small decorator.
+const SMALL: f32 = 2.0;
 
 /// 2 m, 300 m, and their blend.
 const SIGNALS: usize = 3;
@@ -233,7 +245,13 @@ fn measure(
         (0..SIGNALS).map(one).collect()
     });
     let after = solve_all(&traced, &refined);
-    let decorated = timed("decorators", count, || decorators(context, group, &chosen))?;
+    let size = group.scale * Aabb::of(mesh.positions.iter().copied()).radius();
+    let decorated = match 2.0 * size <= SMALL {
+        true => Some(timed("decorators", count, || {
+            decorators(context, group, &chosen)
+        })?),
+        false => None,
+    };
     let volume = timed("volume", count, || {
         volume(options, scene, pose, corner, &chosen)
     })?;
@@ -279,12 +297,21 @@ fn measure(
             errors.add("local alone", with(&|_| fit::ONE, &local));
             errors.add("scalar", with(&|s| solved[k].fits[s].scalar.global, &local));
             errors.add("linear", with(&|s| solved[k].fits[s].linear.global, &local));
+            let both = |s: usize| {
+                let [a, b, _] = [0, 1, 2].map(|s| &solved[k].fits[s].linear.global);
+                let share = f64::from([0.0, 1.0, Blend::default().long][s]);
+                let value = |c| fit::evaluate(c, place) * (interpolate(&local[s]));
+                (value(a) * (1.0 - share) + value(b) * share).clamp(0.0, 1.0)
+            };
+            errors.add("two signals", squares(&both));
             errors.add(
                 "linear, refined local",
                 with(&|s| after[k].fits[s].linear.global, &refined),
             );
-            let scalar = |s: usize| [f64::from(decorated[k][s]), 0.0, 0.0, 0.0];
-            errors.add("decorator", with(&scalar, &white));
+            if let Some(decorated) = &decorated {
+                let scalar = |s: usize| [f64::from(decorated[k][s]), 0.0, 0.0, 0.0];
+                errors.add("decorator", with(&scalar, &white));
+            }
             errors.add(
                 "linear, no local",
                 with(&|s| alone[k].fits[s].linear.global, &white),
@@ -307,6 +334,28 @@ fn measure(
         held_out(1),
         held_out(2)
     );
+    for (name, rung) in [("scalar", Rung::Scalar), ("linear", Rung::Linear)] {
+        let [raw, packed] = [Coding::Raw, Coding::Packed].map(|coding| {
+            let functions: Vec<Function> = chosen
+                .iter()
+                .zip(&solved)
+                .filter_map(|(i, solved)| {
+                    let blend = Solved {
+                        fits: vec![solved.fits[2]],
+                        ..*solved
+                    };
+                    Function::new(&scene.instances[*i].name, &blend, rung)
+                })
+                .collect();
+            record_bytes(mesh, &functions, coding)
+        });
+        println!(
+            "record of {} {name} functions of one signal: raw {} bytes, packed {}",
+            chosen.len(),
+            raw?,
+            packed?
+        );
+    }
     let n = group.instances.len();
     println!(
         "values of one signal: per vertex {}; local {vertices}, scalar {n}, linear {}",
@@ -314,6 +363,39 @@ fn measure(
         4 * n
     );
     Ok(errors)
+}
+
+/// Bytes of a record with the table of these functions.
+fn record_bytes(mesh: &Mesh, functions: &[Function], coding: Coding) -> dapple::Result<usize> {
+    let [short, long] = dapple::obscurance::HALF_DISTANCES.map(Kernel::exponential);
+    let signals = Signals::blended(short, long, Blend::default().long);
+    let Some((table, entries)) = server::table(signals, functions, server::table::BOUND, coding)?
+    else {
+        return Ok(0);
+    };
+    let bounds = Aabb::of(mesh.positions.iter().copied());
+    let track = Track {
+        id: 1,
+        target: Target {
+            content_hash: Some(1),
+            ..Target::default()
+        },
+        aabb_min: bounds.min.to_array(),
+        aabb_max: bounds.max.to_array(),
+        space: LookupSpace::Mesh,
+        model: Model::Instances(table),
+    };
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
+    encoder.group(&mut bytes, GroupStart::Keyframes)?;
+    encoder.tracks(&mut bytes, std::slice::from_ref(&track))?;
+    let before = bytes.len();
+    let update = Update {
+        track: 1,
+        entries: &entries,
+    };
+    encoder.instances(&mut bytes, &[update], Compression::None)?;
+    Ok(bytes.len() - before)
 }
 
 /// Local obscurance of a group's mesh, per signal and vertex.
