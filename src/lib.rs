@@ -11,6 +11,7 @@ pub mod points;
 pub mod probes;
 pub mod regions;
 pub mod rng;
+pub mod vertices;
 
 #[cfg(feature = "encode")]
 pub mod limits;
@@ -24,8 +25,6 @@ pub mod scene;
 pub mod stream;
 #[cfg(feature = "encode")]
 pub mod trace;
-#[cfg(feature = "encode")]
-pub mod vertices;
 #[cfg(feature = "encode")]
 pub mod world;
 

@@ -37,6 +37,8 @@ pub struct Visibility {
 pub struct Fragment {
     pub instance: u32,
     pub triangle: u32,
+    /// Barycentric weights of the triangle's second and third corner.
+    pub weights: [f32; 2],
     /// Distance from the camera's plane in metres.
     pub depth: f32,
     /// World space.
@@ -65,6 +67,7 @@ impl Fragment {
     pub const SKY: Fragment = Fragment {
         instance: NONE,
         triangle: NONE,
+        weights: [0.0; 2],
         depth: f32::INFINITY,
         position: Vec3::ZERO,
         geometric_normal: Vec3::ZERO,
@@ -171,6 +174,7 @@ pub fn fragment(
     Fragment {
         instance: seen.instance,
         triangle: seen.triangle,
+        weights: [u, v],
         depth: (surface.position - view.camera.eye()).dot(view.forward()),
         position: surface.position,
         geometric_normal: surface.geometric_normal * side,

@@ -16,10 +16,12 @@ pub mod path;
 pub mod points;
 pub mod probes;
 pub mod raster;
+pub mod sampler;
 pub mod shade;
 pub mod shaders;
 pub mod shadow;
 pub mod tone;
+pub mod vertices;
 pub mod view;
 
 use crate::points::client::PointsState;

@@ -29,5 +29,14 @@ pub const LIGHT: Shader = Shader {
     ),
 };
 
+/// Looks up the AO of `vertices`.
+pub const VERTICES: Shader = Shader {
+    name: "vertices.wgsl",
+    source: concat!(
+        include_str!("../vertices/sample.wgsl"),
+        include_str!("vertices.wgsl")
+    ),
+};
+
 /// All modules.
-pub const ALL: [Shader; 3] = [RASTER, POINTS, LIGHT];
+pub const ALL: [Shader; 4] = [RASTER, POINTS, LIGHT, VERTICES];
