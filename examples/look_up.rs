@@ -70,7 +70,10 @@ fn look_up() -> Result<(), Box<dyn Error>> {
                         let light = incoming_light(&radiance, n, n, 1.0);
                         println!("frame {}: irradiance {:.3}", frame.number, light.irradiance);
                     }
-                    Model::Points(_) | Model::Instances(_) | Model::Regions(_) => {}
+                    Model::Points(_)
+                    | Model::Vertices(_)
+                    | Model::Instances(_)
+                    | Model::Regions(_) => {}
                 }
             }
         },

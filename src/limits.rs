@@ -84,6 +84,7 @@ fn keyframe_bytes(track: &Track) -> u64 {
             };
             volume.visibility_bytes() + probe * volume.count() as u64
         }
+        Model::Vertices(vertices) => vertices.values() as u64,
         // A key, its form, and four codes a signal.
         Model::Instances(table) => {
             u64::from(table.count) * (9 + 8 * u64::from(table.signals.count))

@@ -26,6 +26,8 @@ pub enum Buffer {
     /// [`crate::probes::State::visibility_of`] a track. An element is a byte. The array is empty where the track
     /// has no visibility block.
     ProbesVisibility,
+    /// [`crate::vertices::State::values`], one array of all tracks. An element is a value of one byte.
+    VerticesValues,
     /// [`crate::instances::State::keys_of`] a track. An element is a key of 8 bytes. The array is empty before
     /// the first frame of the track.
     InstancesKeys,
@@ -43,11 +45,12 @@ pub enum Buffer {
 
 impl Buffer {
     /// All buffers.
-    pub const ALL: [Buffer; 9] = [
+    pub const ALL: [Buffer; 10] = [
         Buffer::PointsBuckets,
         Buffer::PointsCells,
         Buffer::ProbesTexels,
         Buffer::ProbesVisibility,
+        Buffer::VerticesValues,
         Buffer::InstancesKeys,
         Buffer::InstancesValues,
         Buffer::Regions,
@@ -60,7 +63,7 @@ impl Buffer {
         match self {
             Buffer::PointsBuckets | Buffer::PointsCells => 32,
             Buffer::ProbesTexels | Buffer::InstancesKeys | Buffer::InstancesValues => 8,
-            Buffer::ProbesVisibility => 1,
+            Buffer::ProbesVisibility | Buffer::VerticesValues => 1,
             Buffer::RegionsPairs => 4,
             Buffer::Regions | Buffer::Transforms => 48,
         }

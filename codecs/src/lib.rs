@@ -141,7 +141,9 @@ pub use encoder::{Encoder, EncoderConfig};
 pub use error::{Error, ErrorClass, Layer, Limit, Result};
 pub use limits::Limits;
 pub use models::payload_header::Coverage;
-pub use models::{LookupSpace, Model, ModelKind, instances, points, probes, regions, signals};
+pub use models::{
+    LookupSpace, Model, ModelKind, instances, points, probes, regions, signals, vertices,
+};
 pub use session::digest::StateDigest;
 pub use session::pending::FrameInfo;
 pub use session::records::{GroupStart, TickRate};

@@ -67,14 +67,14 @@ fn errors_name_the_number_that_was_found() {
             "(type 99, unknown)",
         ),
         (
-            of_header(|h| h.record_type = 0x22),
+            of_header(|h| h.record_type = 0x42),
             1022,
-            34,
+            66,
             None,
-            "(type 34, vertices)",
+            "(type 66, acknowledge)",
         ),
         (of_group, 2021, 2, None, "(start 2)"),
-        (of_track(16, 3), 2007, 3, first, "(model 3) (track 1)"),
+        (of_track(16, 9), 2007, 9, first, "(model 9) (track 1)"),
         (of_track(18, 5), 2008, 5, first, "(coding 5) (track 1)"),
         (of_track(20, 2), 2020, 2, first, "(space 2) (track 1)"),
     ] {

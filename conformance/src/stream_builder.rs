@@ -21,6 +21,7 @@ pub mod kind {
     pub const SEEK_INDEX: u16 = 0x10;
     pub const POINTS: u16 = 0x20;
     pub const PROBES: u16 = 0x21;
+    pub const VERTICES: u16 = 0x22;
     pub const INSTANCES: u16 = 0x23;
     pub const REGIONS: u16 = 0x24;
 }

@@ -395,7 +395,7 @@ fn decoded() -> Vec<(Vector, Decoder)> {
 fn right(query: &Query, sample: impl Fn(&PointsQuery) -> f64) -> bool {
     match query {
         Query::Points(points) => query.accepts(&[sample(points)]),
-        Query::Probes(_) | Query::Instances(_) | Query::Regions(_) => false,
+        Query::Probes(_) | Query::Vertices(_) | Query::Instances(_) | Query::Regions(_) => false,
     }
 }
 

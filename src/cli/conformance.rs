@@ -177,6 +177,7 @@ fn program(args: &Args) -> Box<dyn Program> {
             samplers: Samplers {
                 points: Some(ambient_occlusion),
                 probes: Some(light),
+                vertices: Some(at_vertices),
                 instances: Some(instance_ambient_occlusion),
                 ..Samplers::default()
             },
@@ -231,6 +232,27 @@ fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 
     };
     let light = probes::sample::incoming_light(&radiance, n, v, surface.roughness);
     [light.irradiance.to_array(), light.filtered.to_array()]
+}
+
+/// AO in a triangle of a mesh (`spec/vertices.md` §9).
+fn at_vertices(decoder: &Decoder, live: &TrackState, corners: [u32; 3], weights: [f32; 3]) -> f32 {
+    // Nothing closes a track of another model.
+    let Some(vertices) = live.track.vertices() else {
+        return 1.0;
+    };
+    let values = decoder.vertices().values_of(live);
+    let signals = vertices.signals;
+    let count = usize::from(signals.count);
+    let signal = |signal: usize| {
+        let of = |corner: u32| f32::from(values[corner as usize * count + signal]);
+        let [a, b, c] = corners.map(of);
+        (a * weights[0] + b * weights[1] + c * weights[2]) / 255.0
+    };
+    let first = signal(0);
+    match count {
+        2 => first + (signal(1) - first) * signals.share,
+        _ => first,
+    }
 }
 
 /// AO of a mesh instance at a mesh-space position, times a local AO.

@@ -13,6 +13,7 @@ use crate::Result;
 use crate::codec::points::Grid;
 use crate::codec::probes::{Coding, Volume};
 use crate::codec::regions::{Derivatives, RegionSet};
+use crate::codec::vertices::Vertices;
 use crate::codec::{Decoder, Event, LookupSpace, Model, TrackState};
 
 mod frames;
@@ -106,6 +107,15 @@ enum ModelReport {
         probes: u64,
         /// Those that are not absent.
         present: u64,
+    },
+    Vertices {
+        coding: &'static str,
+        vertices: u32,
+        signals: u8,
+        bits: u8,
+        order: &'static str,
+        /// Of all values, 0 to 1.
+        mean: f64,
     },
     Instances {
         coding: &'static str,
@@ -203,6 +213,7 @@ impl TrackReport {
         let (dims, model) = match &track.model {
             Model::Points(grid) => (Some(grid.dims), of_points(decoder, live, grid)),
             Model::Probes(volume) => (Some(volume.dims), of_probes(decoder, live, volume)),
+            Model::Vertices(vertices) => (None, of_vertices(decoder, live, vertices)),
             Model::Instances(table) => (
                 None,
                 ModelReport::Instances {
@@ -261,6 +272,22 @@ fn of_probes(decoder: &Decoder, live: &TrackState, volume: &Volume) -> ModelRepo
         has_visibility: state.visibility_of(live).is_some(),
         probes: volume.count() as u64,
         present: present.count() as u64,
+    }
+}
+
+fn of_vertices(decoder: &Decoder, live: &TrackState, vertices: &Vertices) -> ModelReport {
+    let values = decoder.vertices().values_of(live);
+    let sum: u64 = values.iter().map(|&value| u64::from(value)).sum();
+    ModelReport::Vertices {
+        coding: live.track.model.coding_name(),
+        vertices: vertices.count,
+        signals: vertices.signals.count,
+        bits: vertices.bits,
+        order: match vertices.order {
+            Vertices::DISTINCT_ORDER => "distinct",
+            _ => "file",
+        },
+        mean: sum as f64 / 255.0 / values.len().max(1) as f64,
     }
 }
 

@@ -30,7 +30,7 @@ pub mod record_type {
     pub const POINTS: u16 = 0x20;
     /// Content of `probes` tracks.
     pub const PROBES: u16 = 0x21;
-    /// Reserved: content of `vertices` tracks.
+    /// Content of `vertices` tracks.
     pub const VERTICES: u16 = 0x22;
     /// Reserved: content of `instances` tracks.
     pub const INSTANCES: u16 = 0x23;

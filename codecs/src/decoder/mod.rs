@@ -301,6 +301,7 @@ impl Decoder {
             (Buffer::ProbesVisibility, Some(track)) => {
                 self.probes().visibility_of(track).unwrap_or(&[])
             }
+            (Buffer::VerticesValues, None) if of_all => self.vertices().values(),
             (Buffer::InstancesKeys, Some(track)) => cast_slice(self.instances().keys_of(track)),
             (Buffer::InstancesValues, Some(track)) => cast_slice(self.instances().values_of(track)),
             (Buffer::Regions, Some(track)) => cast_slice(self.regions().regions_of(track)),

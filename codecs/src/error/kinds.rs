@@ -58,6 +58,7 @@ pub(crate) enum ErrorKind {
     VolumeSteps = 2026,
     TrackModel = 2027,
     Signals = 2028,
+    VerticesParameters = 2029,
     InstancesParameters = 2030,
     RegionsParameters = 2031,
 
@@ -81,6 +82,9 @@ pub(crate) enum ErrorKind {
     ProbeCode = 3104,
     ProbesEntropy = 3105,
 
+    VerticesSize = 3201,
+    VerticesReserved = 3202,
+    VerticesCode = 3205,
     InstancesSize = 3301,
     InstancesReserved = 3302,
     InstanceKey = 3303,
@@ -370,6 +374,11 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         "the signals of a track, their kernels and their share contradict each other or are out of range",
     ),
     (
+        ErrorKind::VerticesParameters,
+        "vertices-parameters",
+        "the count, the bits or the order of vertices is out of range",
+    ),
+    (
         ErrorKind::InstancesParameters,
         "instances-parameters",
         "the count, the exponent or the step of a table of instances is out of range",
@@ -468,6 +477,21 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
         ErrorKind::ProbesEntropy,
         "probes-entropy",
         "the entropy-coded bytes of a volume end too early or too late",
+    ),
+    (
+        ErrorKind::VerticesSize,
+        "vertices-size",
+        "a vertices payload is shorter or longer than its tracks say",
+    ),
+    (
+        ErrorKind::VerticesReserved,
+        "vertices-reserved",
+        "a vertices record is no keyframe, or reserved bits or padding of it are not zero",
+    ),
+    (
+        ErrorKind::VerticesCode,
+        "vertices-code",
+        "a byte of packed 5-bit values is above 31",
     ),
     (
         ErrorKind::InstancesSize,

@@ -11,6 +11,7 @@ pub mod probes;
 pub mod regions;
 pub mod signals;
 pub(crate) mod state;
+pub mod vertices;
 
 use alloc::vec::Vec;
 
@@ -29,6 +30,8 @@ pub enum Model {
     Points(points::Grid),
     /// `probes` in the coding `raw` or `packed`.
     Probes(probes::Volume),
+    /// `vertices` in the coding `raw` or `packed`.
+    Vertices(vertices::Vertices),
     /// `instances` in the coding `raw` or `packed`.
     Instances(instances::Table),
     /// `regions` in the coding `raw` or `packed`.
@@ -42,6 +45,8 @@ pub enum ModelKind {
     Points,
     /// `probes`: indirect light at the probes of a volume.
     Probes,
+    /// `vertices`: ambient obscurance at the vertices of a mesh.
+    Vertices,
     /// `instances`: ambient obscurance of whole mesh instances.
     Instances,
     /// `regions`: ambient obscurance in boxes of the world.
@@ -94,15 +99,17 @@ pub(crate) trait Parameters {
 pub(crate) struct ModelStates {
     pub(crate) points: points::Store,
     pub(crate) probes: probes::Store,
+    pub(crate) vertices: vertices::Store,
     pub(crate) instances: instances::Store,
     pub(crate) regions: regions::Store,
 }
 
 impl ModelKind {
     /// All models, by their numbers.
-    pub const ALL: [ModelKind; 4] = [
+    pub const ALL: [ModelKind; 5] = [
         ModelKind::Points,
         ModelKind::Probes,
+        ModelKind::Vertices,
         ModelKind::Instances,
         ModelKind::Regions,
     ];
@@ -111,6 +118,7 @@ impl ModelKind {
         match self {
             ModelKind::Points => &points::DESCRIPTOR,
             ModelKind::Probes => &probes::DESCRIPTOR,
+            ModelKind::Vertices => &vertices::DESCRIPTOR,
             ModelKind::Instances => &instances::DESCRIPTOR,
             ModelKind::Regions => &regions::DESCRIPTOR,
         }
@@ -127,6 +135,7 @@ impl Model {
         match self {
             Model::Points(grid) => (ModelKind::Points, grid),
             Model::Probes(volume) => (ModelKind::Probes, volume),
+            Model::Vertices(vertices) => (ModelKind::Vertices, vertices),
             Model::Instances(table) => (ModelKind::Instances, table),
             Model::Regions(set) => (ModelKind::Regions, set),
         }
@@ -138,6 +147,7 @@ impl ModelStates {
         match kind {
             ModelKind::Points => &self.points,
             ModelKind::Probes => &self.probes,
+            ModelKind::Vertices => &self.vertices,
             ModelKind::Instances => &self.instances,
             ModelKind::Regions => &self.regions,
         }
@@ -147,6 +157,7 @@ impl ModelStates {
         match kind {
             ModelKind::Points => &mut self.points,
             ModelKind::Probes => &mut self.probes,
+            ModelKind::Vertices => &mut self.vertices,
             ModelKind::Instances => &mut self.instances,
             ModelKind::Regions => &mut self.regions,
         }
@@ -157,6 +168,7 @@ impl ModelStates {
         let all = core::iter::empty();
         let all = all.chain(self.points.state.dirty());
         let all = all.chain(self.probes.state.dirty());
+        let all = all.chain(self.vertices.state.dirty());
         let all = all.chain(self.instances.state.dirty());
         all.chain(self.regions.state.dirty())
     }

@@ -23,15 +23,15 @@ use records::{Commit, GroupStart, TickRate};
 use track::{Track, TrackState, read_removed, read_tracks};
 use transforms::{Transform, read_transforms};
 
-// One more of each kind, in all the lists that a track is in. A free place, for buckets and for cells,
-// is in a list twice, and the list is copied; a planned place is in one.
+// One more of each kind, in all the lists that a track is in. A free place, for buckets, for cells and for
+// vertices, is in a list twice, and the list is copied; a planned place is in one.
 const _: () = assert!(
     size_of::<Track>()
         + size_of::<TrackState>()
         + size_of::<usize>()
         + size_of::<(usize, Transform)>()
         + ModelStates::TRACK_BYTES
-        + 9 * size_of::<(u32, u32)>()
+        + 14 * size_of::<(u32, u32)>()
         <= TRACK_BYTES as usize
 );
 

@@ -23,8 +23,8 @@ pub struct FrameInfo {
 }
 
 impl FrameInfo {
-    /// Items of a model that the frame carried: cells of `points`; of `probes` those that it changed; entries
-    /// of `instances`.
+    /// Items of a model that the frame carried: cells of `points`; of `probes` those that it changed; vertices
+    /// of `vertices`; entries of `instances`.
     pub fn count(&self, model: ModelKind) -> u32 {
         self.items[model.index()]
     }

@@ -221,7 +221,7 @@ fn sizes(drafts: &mut Vec<Draft>) {
         at,
         "An entry of 12 bytes has an unknown model, which comes before what is missing.",
         |p| {
-            *p = words(&[1, 0, 12, 1, 3]);
+            *p = words(&[1, 0, 12, 1, 6]);
         },
     ));
     drafts.push(payload(
@@ -242,11 +242,11 @@ fn fields(drafts: &mut Vec<Draft>) {
             e.model = 0
         }),
         entry(
-            (2007, "track-model-three"),
+            (2007, "track-model-six"),
             &["C-071"],
             second,
-            "Model 3.",
-            |e| e.model = 3,
+            "Model 6.",
+            |e| e.model = 6,
         ),
         entry(
             (2007, "track-model-high-byte"),

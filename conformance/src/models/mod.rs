@@ -12,6 +12,8 @@ pub mod probes;
 #[cfg(feature = "generate")]
 pub mod range;
 pub mod regions;
+pub mod signals;
+pub mod vertices;
 
 use dapple_codec::{Decoder, Model, TrackState};
 use serde::{Deserialize, Serialize};
@@ -50,6 +52,7 @@ pub fn of(model: &Model) -> &dyn ModelVectors {
     match model {
         Model::Points(grid) => grid,
         Model::Probes(volume) => volume,
+        Model::Vertices(vertices) => vertices,
         Model::Instances(table) => table,
         Model::Regions(set) => set,
     }
@@ -71,6 +74,8 @@ pub struct Samplers {
     pub points: Option<points::queries::Sampler>,
     /// Light of `probes`.
     pub probes: Option<probes::queries::Sampler>,
+    /// AO of `vertices`.
+    pub vertices: Option<vertices::queries::Sampler>,
     /// AO by `instances`.
     pub instances: Option<instances::queries::Sampler>,
     /// AO of `regions`.
@@ -82,6 +87,7 @@ impl Samplers {
     pub fn is_empty(&self) -> bool {
         self.points.is_none()
             && self.probes.is_none()
+            && self.vertices.is_none()
             && self.instances.is_none()
             && self.regions.is_none()
     }
@@ -95,6 +101,8 @@ pub enum Query {
     Points(points::queries::PointsQuery),
     /// Of a track of `probes`.
     Probes(probes::queries::ProbesQuery),
+    /// Of a track of `vertices`.
+    Vertices(vertices::queries::VerticesQuery),
     /// Of a track of `instances`.
     Instances(instances::queries::InstancesQuery),
     /// Of a track of `regions`.
@@ -115,6 +123,7 @@ impl Query {
         match self {
             Query::Points(query) => query,
             Query::Probes(query) => query,
+            Query::Vertices(query) => query,
             Query::Instances(query) => query,
             Query::Regions(query) => query,
         }
@@ -160,6 +169,7 @@ fn integers(words: &str) -> Result<Vec<i32>, NoAnswer> {
 pub enum Parameters {
     Points(points::writer::Grid),
     Probes(probes::writer::Volume),
+    Vertices(vertices::writer::Vertices),
     Instances(instances::writer::Table),
     Regions(regions::writer::Set),
 }
@@ -171,6 +181,7 @@ impl Parameters {
         match self {
             Parameters::Points(grid) => grid.bytes(),
             Parameters::Probes(volume) => volume.bytes(),
+            Parameters::Vertices(vertices) => vertices.bytes(),
             Parameters::Instances(table) => table.bytes(),
             Parameters::Regions(set) => set.bytes(),
         }
@@ -183,6 +194,7 @@ impl Parameters {
 pub enum Expected {
     Points(points::expected::Cells),
     Probes(probes::expected::Probes),
+    Vertices(vertices::expected::Values),
     Instances(instances::expected::Entries),
     Regions(regions::expected::Regions),
 }
@@ -206,6 +218,9 @@ impl Expected {
         match parameters {
             Parameters::Points(_) => Expected::Points(points::expected::Cells::default()),
             Parameters::Probes(volume) => Expected::Probes(probes::expected::Probes::new(volume)),
+            Parameters::Vertices(vertices) => {
+                Expected::Vertices(vertices::expected::Values::new(vertices))
+            }
             Parameters::Instances(table) => {
                 Expected::Instances(instances::expected::Entries::new(table))
             }
@@ -218,6 +233,7 @@ impl Expected {
         match self {
             Expected::Points(cells) => cells,
             Expected::Probes(probes) => probes,
+            Expected::Vertices(values) => values,
             Expected::Instances(entries) => entries,
             Expected::Regions(regions) => regions,
         }
@@ -232,6 +248,7 @@ impl Expected {
 pub fn generate(drafts: &mut Vec<Draft>) -> Result<(), String> {
     points::generate::add(drafts)?;
     probes::generate::add(drafts)?;
+    vertices::generate::add(drafts);
     instances::generate::add(drafts)?;
     regions::generate::add(drafts)
 }

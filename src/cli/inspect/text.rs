@@ -261,6 +261,12 @@ impl Report {
         for t in &self.tracks {
             let (model, coding, signals, items) = match t.model {
                 ModelReport::Points { .. } | ModelReport::Probes { .. } => continue,
+                ModelReport::Vertices {
+                    coding,
+                    signals,
+                    vertices,
+                    ..
+                } => ("vertices", coding, signals, vertices.into()),
                 ModelReport::Instances {
                     coding,
                     signals,

@@ -138,7 +138,7 @@ pub fn headers(drafts: &mut Vec<Draft>) {
             "Records are missing and the type is unknown: the sequence is checked first.",
             |h| {
                 gap(h);
-                h.record_type = 0x22;
+                h.record_type = 0x25;
             },
         ),
         header(
@@ -213,7 +213,7 @@ const TYPES: [(&str, usize); 8] = [
 /// Type, critical bit and version; the first record.
 pub fn types(drafts: &mut Vec<Draft>) {
     for number in [
-        0x00, 0x08, 0x10, 0x1f, 0x22, 0x25, 0x26, 0x40, 0x41, 0x42, 0x43, 0x7000, 0x7fff,
+        0x00, 0x08, 0x10, 0x1f, 0x25, 0x26, 0x40, 0x41, 0x42, 0x43, 0x7000, 0x7fff,
     ] {
         drafts.push(header(
             (1022, &format!("critical-type-{number:04x}")),
@@ -249,7 +249,7 @@ pub fn types(drafts: &mut Vec<Draft>) {
             .payload_fault(),
         );
     }
-    let unknown = |h: &mut Header| h.record_type = 0x22;
+    let unknown = |h: &mut Header| h.record_type = 0x25;
     let older = |h: &mut Header| h.version = 1;
     drafts.extend([
         header((1021, "version-most"), &["C-015"], at::GROUP,
@@ -423,7 +423,7 @@ pub fn skipped(drafts: &mut Vec<Draft>) {
             bytes,
         ));
     };
-    for number in [0x00, 0x08, 0x10, 0x1f, 0x22, 0x40, 0x7000, 0x7fff] {
+    for number in [0x00, 0x08, 0x10, 0x1f, 0x25, 0x40, 0x7000, 0x7fff] {
         good(
             &format!("skipped-type-{number:04x}"),
             &format!(

@@ -94,7 +94,7 @@ pub fn track_counts(drafts: &mut Vec<Draft>) {
         with(tracks(&[
             Entry::new(3),
             Entry {
-                model: 3,
+                model: 6,
                 ..Entry::new(4)
             },
         ])),
@@ -226,7 +226,7 @@ pub fn state_bytes(drafts: &mut Vec<Draft>) {
             &[
                 Entry::new(3),
                 Entry {
-                    model: 3,
+                    model: 6,
                     ..Entry::new(4)
                 },
             ],

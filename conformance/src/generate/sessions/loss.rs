@@ -320,7 +320,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
         &["C-013", "C-116"],
         "A critical record of an unknown type is skipped, and its frame with it.",
         at::DELTA,
-        |h| h.record_type = 0x22,
+        |h| h.record_type = 0x25,
         1,
         &|at| format!("{FIRST}, error framing 1022 {at}, resume yes, {rest}"),
     );
@@ -415,7 +415,7 @@ pub(super) fn damaged_headers(all: &mut Vec<Case>) {
         let unknown = matches!(index, at::DELTA | at::SECOND_COMMIT);
         builder.put_with(*record_type, Pack::None, payload, |h| {
             if unknown {
-                h.record_type = 0x22;
+                h.record_type = 0x25;
             }
         });
     }

@@ -18,7 +18,7 @@ pub fn order(drafts: &mut Vec<Draft>) {
         2007,
         "model-before-coding",
         "Model and coding are unknown.",
-        |e| (e.model, e.coding) = (3, 1),
+        |e| (e.model, e.coding) = (6, 1),
     );
     two(
         2008,
