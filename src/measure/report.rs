@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::chart::Chart;
 use super::table::{Table, escape};
 use crate::render::image::Picture;
-use crate::{Error, Result, files};
+use crate::{Error, Result, base64, files};
 
 /// What a report shows, from top to bottom.
 #[derive(Clone, Debug, Default)]
@@ -176,7 +176,10 @@ impl Image {
         let caption = escape(&self.caption);
         let (source, size) = match &self.source {
             Source::Embedded(picture) => (
-                format!("data:image/png;base64,{}", base64(&picture.to_png()?)),
+                format!(
+                    "data:image/png;base64,{}",
+                    base64::encode(&picture.to_png()?)
+                ),
                 format!(" width=\"{}\" height=\"{}\"", picture.width, picture.height),
             ),
             Source::File(path) => (url_path(path), String::new()),
@@ -209,25 +212,6 @@ fn url_path(path: &str) -> String {
         }
     }
     url
-}
-
-/// Base64 with padding (RFC 4648, section 4).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for group in bytes.chunks(3) {
-        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
-        let word = byte(0) << 16 | byte(1) << 8 | byte(2);
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i) & 63) as usize];
-            text.push(if i <= group.len() {
-                char::from(digit)
-            } else {
-                '='
-            });
-        }
-    }
-    text
 }
 
 const STYLE: &str = include_str!("report.css");

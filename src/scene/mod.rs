@@ -11,7 +11,7 @@ mod collapsed;
 mod corpus_tests;
 mod derived;
 mod framing;
-mod gltf;
+pub(crate) mod gltf;
 mod hall;
 pub mod light;
 mod normals;
@@ -23,11 +23,12 @@ mod specular;
 pub mod surface;
 pub mod texture;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Affine2, Affine3A, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
-pub use gltf::uri_paths;
+pub use gltf::{Elements, File as GltfFile, uri_paths};
 pub use size::length_scale;
 pub use surface::Surface;
 
@@ -91,6 +92,38 @@ pub struct Mesh {
     pub dropped_triangles: usize,
     /// What `extras.foliage` of the mesh says, if it says something.
     pub foliage: Option<FoliageWord>,
+    /// Which vertices of its file these are; `None` for built-in meshes.
+    pub file: Option<FileMesh>,
+    /// The vertex within its primitive of the file, one per position; empty for built-in meshes.
+    /// Several positions may share one: flat normals split vertices.
+    pub file_vertices: Vec<u32>,
+}
+
+/// Where a mesh comes from in its glTF file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileMesh {
+    /// Index into the file's meshes.
+    pub mesh: usize,
+    /// The primitives of which something is left, in their order.
+    pub primitives: Vec<FilePrimitive>,
+}
+
+/// The part of a mesh that comes from one primitive.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FilePrimitive {
+    /// Index into the primitives of the file's mesh.
+    pub primitive: usize,
+    /// Its vertices, a range of [`Mesh::positions`].
+    pub vertices: Range<usize>,
+}
+
+/// Where an instance comes from in its glTF file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FileInstance {
+    /// Index into the file's nodes.
+    pub node: usize,
+    /// Its number among the node's instances (`EXT_mesh_gpu_instancing`).
+    pub number: Option<usize>,
 }
 
 /// How a mesh attenuates rays, in the word of its file.
@@ -281,6 +314,8 @@ pub struct Instance {
     /// The node whose morph weights apply: the one that holds the mesh in the file. It differs from
     /// `node` for skinned instances; `None` stands for `node`.
     pub morph_node: Option<usize>,
+    /// `None` for built-in scenes.
+    pub file: Option<FileInstance>,
 }
 
 #[derive(Clone, Debug)]
@@ -447,6 +482,15 @@ impl Scene {
     /// no glTF 2.0, that has nothing to draw, or that lacks what the options name.
     pub fn load_with(path: &std::path::Path, options: &LoadOptions) -> crate::Result<Scene> {
         gltf::load(path, options).map(Scene::placed)
+    }
+
+    /// The bytes of a glTF file, which may be given to [`Scene::from_bytes_with`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`] for a file that cannot be read; [`crate::Error::Scene`] for a folder, a
+    /// device, or a file that is too large.
+    pub fn read_file(path: &std::path::Path) -> crate::Result<Vec<u8>> {
+        gltf::read_file(path)
     }
 
     /// Loads glTF 2.0 from memory with default options.

@@ -73,6 +73,7 @@ fn pick(mesh: &mut Mesh, from: &[u32]) {
         }
     }
     gather(&mut mesh.positions, from);
+    gather(&mut mesh.file_vertices, from);
     gather(&mut mesh.normals, from);
     for set in &mut mesh.uvs {
         gather(set, from);

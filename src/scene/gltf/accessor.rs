@@ -12,10 +12,10 @@ fn is_finite(values: &[f32]) -> bool {
 }
 
 /// An accessor's elements, tightly packed, sparse substitution done.
-struct Packed {
-    bytes: Vec<u8>,
-    component: ComponentType,
-    normalized: bool,
+pub(super) struct Packed {
+    pub bytes: Vec<u8>,
+    pub component: ComponentType,
+    pub normalized: bool,
 }
 
 impl Document<'_> {
@@ -126,7 +126,7 @@ impl Document<'_> {
             .collect())
     }
 
-    fn packed(&self, index: Index, components: usize, what: &str) -> Read<Packed> {
+    pub(super) fn packed(&self, index: Index, components: usize, what: &str) -> Read<Packed> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         let place = format!("{what} (accessor {})", index.value());
         let Checked::Valid(component) = &accessor.component_type else {

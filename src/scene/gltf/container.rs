@@ -2,9 +2,9 @@
 
 use super::Read;
 
-const MAGIC: &[u8] = b"glTF";
-const CHUNK_JSON: &[u8] = b"JSON";
-const CHUNK_BIN: &[u8] = b"BIN\0";
+pub(crate) const MAGIC: &[u8] = b"glTF";
+pub(crate) const CHUNK_JSON: &[u8] = b"JSON";
+pub(crate) const CHUNK_BIN: &[u8] = b"BIN\0";
 
 /// Splits a file into its JSON text and its binary chunk. A file without the binary magic is taken
 /// for JSON.
@@ -42,6 +42,24 @@ pub(super) fn split(bytes: &[u8]) -> Read<(&[u8], Option<&[u8]>)> {
         // Chunks of other kinds are to be ignored.
         _ => Ok((trim(json), None)),
     }
+}
+
+/// The chunks of a binary file after those that [`split`] gives, which are of unknown kinds.
+pub(super) fn further_chunks(bytes: &[u8]) -> Vec<(&[u8], &[u8])> {
+    let length = word(bytes, 8).unwrap_or(0) as usize;
+    let mut rest = match bytes.starts_with(MAGIC) {
+        true => bytes.get(12..length).unwrap_or_default(),
+        false => &[],
+    };
+    let mut chunks = Vec::new();
+    while let Ok(Some(chunk)) = chunk(&mut rest) {
+        chunks.push(chunk);
+    }
+    let known = match chunks.get(1) {
+        Some((CHUNK_BIN, _)) => 2,
+        _ => 1,
+    };
+    chunks.split_off(known.min(chunks.len()))
 }
 
 /// JSON text without what writers put around it: a byte order mark, blanks, NUL padding.

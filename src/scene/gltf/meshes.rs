@@ -2,7 +2,7 @@
 
 use super::hierarchy::Order;
 use super::{DRACO, Document, Read, clean_name, conversion, get};
-use crate::scene::{FoliageWord, Mesh, MorphTarget, Scene, normals};
+use crate::scene::{FileMesh, FilePrimitive, FoliageWord, Mesh, MorphTarget, Scene, normals};
 use ::gltf::json;
 use glam::{Vec2, Vec3, Vec4};
 use json::mesh::{Mode, Primitive, Semantic};
@@ -44,6 +44,10 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Mesh {
     let mut mesh = Mesh {
         name: clean_name(source.name.as_ref(), "mesh", index),
         morph_weights: source.weights.clone().unwrap_or_default(),
+        file: Some(FileMesh {
+            mesh: index,
+            primitives: Vec::new(),
+        }),
         ..Mesh::default()
     };
     mesh.foliage = foliage(document, &source.extras, &mesh.name);
@@ -72,7 +76,7 @@ fn read_mesh(document: &Document, index: usize, scene: &mut Scene) -> Mesh {
             normals::generate_tangents(&mut part, &texture);
         }
         part.materials = vec![material as u32; part.triangles.len()];
-        document.geometry(append(document, &mut mesh, part, &what));
+        document.geometry(append(document, &mut mesh, part, p, &what));
     }
     mesh.morph_weights.resize(mesh.morph_targets.len(), 0.0);
     mesh
@@ -140,6 +144,7 @@ fn read_primitive(
 
     let mut mesh = Mesh {
         positions,
+        file_vertices: (0..count as u32).collect(),
         ..Mesh::default()
     };
     if let Some(index) = attribute(Semantic::Normals) {
@@ -411,8 +416,14 @@ fn read_skinning(
     Ok((all_joints, all_weights))
 }
 
-/// Appends a primitive. An attribute that only some primitives have is filled in for the others.
-fn append(document: &Document, mesh: &mut Mesh, mut part: Mesh, what: &str) -> Read<()> {
+/// Appends primitive `index`. An attribute that only some primitives have is filled in for the others.
+fn append(
+    document: &Document,
+    mesh: &mut Mesh,
+    mut part: Mesh,
+    index: usize,
+    what: &str,
+) -> Read<()> {
     let (before, added) = (mesh.positions.len(), part.positions.len());
     let after = before + added;
     let Ok(base) = u32::try_from(before) else {
@@ -441,6 +452,13 @@ fn append(document: &Document, mesh: &mut Mesh, mut part: Mesh, what: &str) -> R
             to.resize(after, fill);
         }
     }
+    if let Some(file) = mesh.file.as_mut().filter(|_| added > 0) {
+        file.primitives.push(FilePrimitive {
+            primitive: index,
+            vertices: before..after,
+        });
+    }
+    mesh.file_vertices.extend(part.file_vertices);
     mesh.positions.extend(part.positions);
     mesh.normals.extend(part.normals);
     let sets = mesh.uvs.len().max(part.uvs.len());

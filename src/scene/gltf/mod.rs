@@ -11,6 +11,7 @@ mod accessor;
 mod animations;
 mod buffers;
 mod container;
+pub mod file;
 mod hierarchy;
 mod images;
 mod lenient;
@@ -31,6 +32,7 @@ mod transparency;
 mod views;
 
 pub use buffers::uri_paths;
+pub use file::{Elements, File};
 
 use super::{LoadOptions, Scene};
 use crate::{Error, Result};
@@ -136,22 +138,27 @@ impl Warnings {
 }
 
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
-    let io = |source| Error::Io {
-        path: path.to_owned(),
-        source,
-    };
-    let metadata = std::fs::metadata(path).map_err(io)?;
+    let bytes = read_file(path)?;
     let name = path.display().to_string();
-    if let Err(message) = check_file(&metadata) {
-        return Err(Error::Scene { name, message });
-    }
-    let bytes = std::fs::read(path).map_err(io)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut scene = from_bytes(&name, &bytes, Some(folder), options)?;
     if let Some(stem) = path.file_stem() {
         scene.name = stem.to_string_lossy().into_owned();
     }
     Ok(scene)
+}
+
+pub(super) fn read_file(path: &Path) -> Result<Vec<u8>> {
+    let io = |source| Error::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let metadata = std::fs::metadata(path).map_err(io)?;
+    check_file(&metadata).map_err(|message| Error::Scene {
+        name: path.display().to_string(),
+        message,
+    })?;
+    std::fs::read(path).map_err(io)
 }
 
 /// Refuses what is not a file of a size that can be read; a device may never end.
@@ -182,23 +189,7 @@ pub(super) fn from_bytes(
 }
 
 fn read(bytes: &[u8], folder: Option<&Path>, options: &LoadOptions) -> Read<Scene> {
-    let warnings = Warnings::default();
-    let (text, blob) = container::split(bytes)?;
-    let root = lenient::read(text, &|text| warnings.add(text))?;
-    check_version_and_extensions(&root, &warnings)?;
-    let buffers = buffers::load(&root, blob, folder, &|text| warnings.add(text));
-    let held: usize = buffers.iter().flatten().map(|b| b.len()).sum();
-    let document = Document {
-        decoded: meshopt::Decoded::new(&root),
-        root,
-        buffers,
-        folder,
-        options,
-        budget: Cell::new(held.saturating_add(SHARED_ELEMENTS)),
-        images: images::Images::default(),
-        warnings,
-        lost: RefCell::new(None),
-    };
+    let document = document(bytes, folder, options)?;
     let mut scene = Scene::default();
     let order = hierarchy::order(&document)?;
     nodes::read(&document, &order, &mut scene);
@@ -220,6 +211,30 @@ fn read(bytes: &[u8], folder: Option<&Path>, options: &LoadOptions) -> Read<Scen
     scene.warnings = warnings;
     super::paths::shorten_paths(&mut scene);
     Ok(scene)
+}
+
+fn document<'a>(
+    bytes: &'a [u8],
+    folder: Option<&'a Path>,
+    options: &'a LoadOptions,
+) -> Read<Document<'a>> {
+    let warnings = Warnings::default();
+    let (text, blob) = container::split(bytes)?;
+    let root = lenient::read(text, &|text| warnings.add(text))?;
+    check_version_and_extensions(&root, &warnings)?;
+    let buffers = buffers::load(&root, blob, folder, &|text| warnings.add(text));
+    let held: usize = buffers.iter().flatten().map(|b| b.len()).sum();
+    Ok(Document {
+        decoded: meshopt::Decoded::new(&root),
+        root,
+        buffers,
+        folder,
+        options,
+        budget: Cell::new(held.saturating_add(SHARED_ELEMENTS)),
+        images: images::Images::default(),
+        warnings,
+        lost: RefCell::new(None),
+    })
 }
 
 fn check_version_and_extensions(root: &json::Root, warnings: &Warnings) -> Read<()> {

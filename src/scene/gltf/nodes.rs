@@ -2,7 +2,7 @@
 
 use super::hierarchy::Order;
 use super::{Document, Read, clean_name, finite, get, skins};
-use crate::scene::{Camera, Instance, Light, LightKind, Node, Scene};
+use crate::scene::{Camera, FileInstance, Instance, Light, LightKind, Node, Scene};
 use ::gltf::json;
 use glam::{Affine3A, Mat4, Quat, Vec3};
 use json::extensions::scene::khr_lights_punctual::Type;
@@ -176,22 +176,33 @@ fn place_mesh(
             node: skins::frame(scene, skin),
             skin: Some(skin),
             morph_node: Some(here),
+            file: Some(FileInstance {
+                node: source,
+                number: None,
+            }),
             ..Instance::default()
         });
         return Ok(());
     }
-    let instance = |name, offset| Instance {
+    let instance = |name, offset, number| Instance {
         name,
         mesh,
         node: Some(here),
         offset,
+        file: Some(FileInstance {
+            node: source,
+            number,
+        }),
         ..Instance::default()
     };
     match document.optional(gpu_instances(document, source)).flatten() {
-        None => scene.instances.push(instance(name, Affine3A::IDENTITY)),
+        None => scene
+            .instances
+            .push(instance(name, Affine3A::IDENTITY, None)),
         Some(offsets) => {
             let numbered = offsets.into_iter().enumerate();
-            let named = numbered.map(|(k, offset)| instance(format!("{name}#{k}"), offset));
+            let named =
+                numbered.map(|(k, offset)| instance(format!("{name}#{k}"), offset, Some(k)));
             scene.instances.extend(named);
         }
     }
