@@ -14,6 +14,8 @@ pub mod rng;
 pub mod vertices;
 
 #[cfg(feature = "encode")]
+pub mod bake;
+#[cfg(feature = "encode")]
 mod base64;
 #[cfg(feature = "encode")]
 pub mod limits;

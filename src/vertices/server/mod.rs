@@ -73,6 +73,24 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// # Errors
+    /// `Invalid` for a density or alpha that is no number of at least 0.
+    pub fn check(&self) -> Result<()> {
+        for (name, number) in [
+            ("density of samples", self.sampling.density),
+            ("weight of the regulariser", self.alpha),
+        ] {
+            if !(number >= 0.0 && number.is_finite()) {
+                return Err(Error::Invalid(format!(
+                    "the {name} is {number}; it must be a number of at least 0"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// A baked scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bake {
@@ -124,16 +142,7 @@ pub fn bake(
     settings: &Settings,
 ) -> Result<(Bake, Seconds)> {
     let obscurance = Obscurance::new(scene, tracer, &settings.kernels, settings.rays)?;
-    for (name, number) in [
-        ("density of samples", settings.sampling.density),
-        ("weight of the regulariser", settings.alpha),
-    ] {
-        if !(number >= 0.0 && number.is_finite()) {
-            return Err(Error::Invalid(format!(
-                "the {name} is {number}; it must be a number of at least 0"
-            )));
-        }
-    }
+    settings.check()?;
     let mut seconds = Seconds::default();
     let begin = Instant::now();
     let surfaces: Vec<(Shape, Vec<Site>)> = (0..scene.instances.len())
@@ -180,7 +189,7 @@ pub fn trace(obscurance: &Obscurance, pose: &Pose, instance: usize, sites: &[Sit
 }
 
 /// The bake of an instance from those of its `placed` samples that have values.
-fn fit_instance<'a>(
+pub fn fit_instance<'a>(
     shape: &Shape,
     placed: usize,
     samples: impl Iterator<Item = Sample<'a>> + Clone,

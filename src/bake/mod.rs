@@ -1,0 +1,29 @@
+//! Bakes of whole scenes: what there is to trace, in items of work that a farm can share out, and the
+//! values that come of it.
+//!
+//! - [`plan`]: the surfaces of a scene, their samples, and the [`plan::Item`]s.
+//! - [`part`]: files with the results of some items.
+//! - [`signals`]: from fitted obscurance to the values of a file.
+//!
+//! A bake places samples, traces them item by item, and fits every instance. Placing and fitting are
+//! cheap beside tracing, so that each task of a farm does the first and the merge both; the items carry
+//! nothing but what the rays found. The result does not depend on who traced which item.
+
+pub mod part;
+pub mod plan;
+pub mod signals;
+#[cfg(test)]
+mod tests;
+
+pub use plan::{Item, Plan, Traced};
+pub use signals::{Baked, InstanceSignals, Tone};
+
+use crate::vertices;
+
+/// Everything that decides the bytes of a bake, besides the scene and its pose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Settings {
+    /// Kernels, rays, samples and the regulariser.
+    pub vertices: vertices::Settings,
+    pub tone: Tone,
+}
