@@ -18,6 +18,8 @@ pub mod bake;
 #[cfg(feature = "encode")]
 mod base64;
 #[cfg(feature = "encode")]
+pub mod gltf_writer;
+#[cfg(feature = "encode")]
 pub mod limits;
 #[cfg(feature = "encode")]
 pub mod models;
