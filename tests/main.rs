@@ -5,6 +5,8 @@
 mod tiny;
 
 #[cfg(feature = "cli")]
+mod bake;
+#[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]
 mod conformance;

@@ -519,8 +519,13 @@ fn hysteresis(text: &str) -> Parsed<f32> {
     Ok(number(text, 0.8..=0.998, "a share from 0.8 to 0.998")? as f32)
 }
 
-fn share(text: &str) -> Parsed<f32> {
+pub fn share(text: &str) -> Parsed<f32> {
     Ok(number(text, 0.0..=1.0, "a share from 0 to 1")? as f32)
+}
+
+/// A weight of at least 0.
+pub fn weight(text: &str) -> Parsed<f64> {
+    number(text, 0.0..=1e6, "a weight from 0 to 1000000")
 }
 
 fn visibility(text: &str) -> Parsed<u32> {

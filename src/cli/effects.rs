@@ -37,6 +37,17 @@ pub const DIRECT: &str = "--method direct";
 pub const METHOD_PROBES: &str = "--method probes";
 pub const DDGI: &str = "--method ddgi";
 
+/// A bake that is one task of several.
+pub const TASK: &str = "--task";
+/// A bake that has outputs of its own.
+pub const NO_TASK: &str = "a bake without --task";
+/// A bake into a copy of the scene.
+pub const GLTF: &str = "--gltf";
+pub const OCCLUSION: &str = "--gltf with --into occlusion";
+/// A page with pictures.
+pub const REPORT: &str = "--report";
+pub const TWO_DISTANCES: &str = "two --distances";
+
 const POINTS_OPTIONS: &[&str] = &[
     "density",
     "thinning",
@@ -303,6 +314,53 @@ const RENDER: &[Effect] = &[
     },
 ];
 
+const BAKE: &[Effect] = &[
+    Effect {
+        needs: &[],
+        options: &[
+            "scene",
+            "gltf_scene",
+            "animation",
+            "frame",
+            "time",
+            "samples",
+            "face_samples",
+            "rays",
+            "distances",
+            "ao",
+            "separate",
+            "remap",
+            "alpha",
+            "task",
+            "merge",
+        ],
+    },
+    Effect {
+        needs: &[TWO_DISTANCES],
+        options: &["blend"],
+    },
+    Effect {
+        needs: &[NO_TASK],
+        options: &["gltf", "report", "json"],
+    },
+    Effect {
+        needs: &[GLTF],
+        options: &["into"],
+    },
+    Effect {
+        needs: &[OCCLUSION],
+        options: &["texture_size"],
+    },
+    Effect {
+        needs: &[TASK],
+        options: &["parts", "resume"],
+    },
+    Effect {
+        needs: &[REPORT],
+        options: &["camera", "eye", "target", "size"],
+    },
+];
+
 /// The table of a command; `None` where all options always have an effect.
 fn table(command: &str) -> Option<&'static [Effect]> {
     match command {
@@ -310,6 +368,7 @@ fn table(command: &str) -> Option<&'static [Effect]> {
         "demo" => Some(DEMO),
         "chart" => Some(CHART),
         "render" => Some(RENDER),
+        "bake" => Some(BAKE),
         _ => None,
     }
 }
@@ -404,7 +463,7 @@ mod tests {
             listed.sort_unstable();
             assert_eq!(ids, listed, "{}", command.get_name());
         }
-        assert_eq!(seen, 4);
+        assert_eq!(seen, 5);
     }
 
     #[test]

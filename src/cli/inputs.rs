@@ -5,7 +5,7 @@ use crate::{Error, Result, files};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{IsTerminal, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Most bytes of a scene that are read from standard input; no binary glTF file is larger.
 const MAX_STDIN_BYTES: u64 = 1 << 32;
@@ -17,12 +17,22 @@ pub fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
+/// The name of a scene from standard input.
+pub const STDIN: &str = "standard input";
+
 /// A scene from standard input, which has no files beside it.
 ///
 /// # Errors
-/// As [`Scene::from_bytes_with`], `Io` where it cannot be read, `Usage` for a terminal.
+/// As [`Scene::from_bytes_with`] and [`read_stdin`].
 pub fn scene_from_stdin(options: &LoadOptions) -> Result<Scene> {
-    let name = "standard input";
+    Scene::from_bytes_with(STDIN, &read_stdin()?, None, options)
+}
+
+/// The bytes of a scene from standard input.
+///
+/// # Errors
+/// `Io` where it cannot be read, `Usage` for a terminal, `Scene` for more than a scene has.
+pub fn read_stdin() -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let stdin = std::io::stdin();
     if stdin.is_terminal() {
@@ -33,27 +43,34 @@ pub fn scene_from_stdin(options: &LoadOptions) -> Result<Scene> {
     limited
         .read_to_end(&mut bytes)
         .map_err(|source| Error::Io {
-            path: name.into(),
+            path: STDIN.into(),
             source,
         })?;
     if bytes.len() as u64 > MAX_STDIN_BYTES {
         return Err(Error::Scene {
-            name: name.into(),
+            name: STDIN.into(),
             message: format!("it has more than {MAX_STDIN_BYTES} bytes"),
         });
     }
-    Scene::from_bytes_with(name, &bytes, None, options)
+    Ok(bytes)
 }
 
 /// Keeps a scene's file and the files that it names from being written over.
 pub fn protect_scene(path: &Path) {
     files::protect(path);
+    files_of_scene(path).iter().for_each(|p| files::protect(p));
+}
+
+/// The files that a glTF file may name, whether they are there or not.
+pub fn files_of_scene(path: &Path) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    for name in json(path).iter().flat_map(|json| uris(json)) {
-        for path in uri_paths(folder, name) {
-            files::protect(&path);
-        }
-    }
+    let json = json(path);
+    let names = json.iter().flat_map(uris);
+    let paths = names.flat_map(|name| uri_paths(folder, name));
+    let mut paths: Vec<PathBuf> = paths.collect();
+    paths.sort();
+    paths.dedup();
+    paths
 }
 
 /// The JSON of a glTF file; `None` where it has none.

@@ -16,6 +16,7 @@ use crate::{Error, Result};
 use effects::Given;
 
 pub mod args;
+pub mod bake;
 pub mod chart;
 pub mod compare;
 pub mod conformance;
@@ -48,6 +49,7 @@ struct Cli {
 enum Command {
     Demo(demo::Args),
     Encode(encode::Args),
+    Bake(bake::Args),
     Render(render::Args),
     Chart(chart::Args),
     Inspect(inspect::Args),
@@ -76,6 +78,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Command::Demo(args) => demo::run(&args, &given),
         Command::Encode(args) => encode::run(&args, &given),
+        Command::Bake(args) => bake::run(&args, &given),
         Command::Render(args) => render::run(&args, &given),
         Command::Chart(args) => chart::run(&args, &given),
         Command::Inspect(args) => inspect::run(&args),

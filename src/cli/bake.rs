@@ -1,0 +1,316 @@
+//! `dapple bake`: ambient obscurance at the vertices of a static scene.
+
+mod farm;
+mod figures;
+mod gltf;
+mod report;
+mod source;
+
+use super::args::{self, SceneArgs};
+use super::effects::{self, Given};
+use super::output;
+use super::progress::Progress;
+use crate::bake::{Plan, Settings, Tone, Traced};
+use crate::gltf_writer::Target;
+use crate::obscurance::{Blend, Kernel, Obscurance, Remap};
+use crate::vertices::{self, Sampling};
+use crate::world::World;
+use crate::{Error, Result};
+use farm::{Farm, Task};
+use figures::{Figures, Seconds};
+use source::Source;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Examples in the help.
+const EXAMPLES: &str = "\
+Examples:
+  dapple bake scene.glb --gltf baked.glb                          vertex attribute _AO
+  dapple bake scene.glb --gltf baked.glb --into color             and multiplied into COLOR_0
+  dapple bake scene.glb --gltf baked.glb --ao 0.5 --rays 64       plain occlusion within 0.5 m
+  dapple bake scene.glb --task 3/8 --parts parts                  one of eight tasks of a farm
+  dapple bake scene.glb --merge parts --gltf baked.glb            all of them put together";
+
+/// Bake ambient obscurance to the vertices of a scene.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    quality: QualityArgs,
+    #[command(flatten)]
+    gltf: gltf::GltfArgs,
+    #[command(flatten)]
+    farm: farm::FarmArgs,
+    /// Write a page with pictures and figures into this folder; missing folders are made.
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    report: Option<PathBuf>,
+    /// Print the figures as one JSON document.
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+}
+
+/// What is baked, and how finely.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Obscurance")]
+struct QualityArgs {
+    /// Samples per square metre; a face takes at least one.
+    #[arg(long, value_name = "N", default_value = "64", value_parser = args::density)]
+    samples: f64,
+    /// Most samples of a face.
+    #[arg(long, value_name = "N", default_value = "16",
+        value_parser = clap::value_parser!(u32).range(1..=1 << 16))]
+    face_samples: u32,
+    /// Rays of a sample.
+    #[arg(long, value_name = "COUNT", default_value = "256",
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    rays: u32,
+    /// Distances in metres at which a blocker halves what comes from its direction, the shorter one
+    /// first; one or two.
+    #[arg(long, value_name = "M,M", default_value = "2,300", value_delimiter = ',',
+        value_parser = args::distance)]
+    distances: Vec<f32>,
+    /// Plain ambient occlusion instead: a blocker within so many metres blocks all, one beyond nothing.
+    #[arg(long, value_name = "M", value_parser = args::distance, conflicts_with = "distances")]
+    ao: Option<f32>,
+    /// Share of the longer of two distances in what is shown.
+    #[arg(long, value_name = "SHARE", default_value = "0.97", value_parser = args::share)]
+    blend: f32,
+    /// Keep two distances as two values, which the client blends.
+    #[arg(long)]
+    separate: bool,
+    /// A curve for contrast, straight between its knots: `0:0.1,0.5:0.6,1:1` makes black 0.1.
+    #[arg(long, value_name = "IN:OUT,...", value_parser = remap)]
+    remap: Option<Remap>,
+    /// Weight of smoothness between neighbouring faces.
+    #[arg(long, value_name = "WEIGHT", default_value = "1", value_parser = args::weight)]
+    alpha: f64,
+}
+
+impl QualityArgs {
+    fn settings(&self) -> Result<Settings> {
+        let kernels = match (self.ao, &self.distances[..]) {
+            (Some(distance), _) => vec![Kernel::CutOff { distance }],
+            (None, distances @ ([_] | [_, _])) if distances.is_sorted_by(|a, b| a < b) => {
+                let kernel = |&half_distance| Kernel::Exponential { half_distance };
+                distances.iter().map(kernel).collect()
+            }
+            _ => {
+                let text = "--distances takes one distance, or two with the shorter one first";
+                return Err(Error::Usage(text.into()));
+            }
+        };
+        if self.separate && kernels.len() < 2 {
+            let text = "--separate needs two distances";
+            return Err(Error::Usage(text.into()));
+        }
+        Ok(Settings {
+            vertices: vertices::Settings {
+                kernels,
+                rays: self.rays,
+                sampling: Sampling {
+                    density: self.samples,
+                    max_per_face: self.face_samples,
+                },
+                alpha: self.alpha,
+            },
+            tone: Tone {
+                blend: Blend { long: self.blend },
+                separate: self.separate,
+                remap: self.remap.clone().unwrap_or_default(),
+            },
+        })
+    }
+}
+
+/// A curve from text such as `0:0,0.5:0.7,1:1`.
+fn remap(text: &str) -> std::result::Result<Remap, String> {
+    let wanted = "expected knots such as 0:0.1,0.5:0.6,1:1, numbers from 0 to 1, those before the \
+                  colons ascending";
+    let knot = |text: &str| {
+        let (x, y) = text.split_once(':')?;
+        Some([x.trim().parse().ok()?, y.trim().parse().ok()?])
+    };
+    let knots: Option<Vec<[f32; 2]>> = text.split(',').map(knot).collect();
+    let curve = knots.and_then(|knots| Remap::new(&knots).ok());
+    curve.ok_or_else(|| wanted.into())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// `Scene` for an unusable scene, `Io` for files that cannot be read or written, `Invalid` for parts that
+/// do not fit, `Usage` for arguments that contradict each other.
+pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
+    let clock = Instant::now();
+    let settings = args.quality.settings()?;
+    let farm = args.farm.farm()?;
+    args.check_outputs(&farm)?;
+    given.warn_without_effect(&args.active(&farm));
+    let source = Source::read(&args.scene, args.gltf.gltf.is_some())?;
+    let scene = source.scene(&args.scene, args.report_folder(&farm).is_some())?;
+    let time = args.scene.view.time_at(FPS).unwrap_or(0.0);
+    let key = source.key(&format!(
+        "{settings:?} time {time:?} scene {:?} animation {:?}",
+        args.scene.gltf_scene, args.scene.view.animation
+    ));
+    if let Farm::Task(task) = &farm
+        && task.is_done(key)
+    {
+        output::print(&format!("{}: it is done\n", task.part(key).display()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let gltf = args.gltf.create(&source)?;
+    warn_of_motion(&scene, time);
+
+    let world = World::new(&scene, time);
+    let placing = Progress::spinner("Placing samples");
+    let plan = Plan::new(&scene, world.pose(), settings)?;
+    drop(placing);
+    let mut seconds = Seconds {
+        place: clock.elapsed().as_secs_f64(),
+        ..Seconds::default()
+    };
+    warn_of_unsampled(&plan);
+
+    let tracing = Instant::now();
+    let traced = match &farm {
+        Farm::Task(task) => {
+            let text = run_task(task, &plan, &world, key)?;
+            output::print(&text)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        Farm::Merge(paths) => farm::merge(paths, &plan, key)?,
+        Farm::None => trace(&plan, &world, 0..plan.items().len())?,
+    };
+    seconds.trace = tracing.elapsed().as_secs_f64();
+
+    let fitting = Instant::now();
+    let bar = Progress::new("Fitting vertices", scene.instances.len() as u64);
+    let (baked, reports) = plan.fit(&traced, &|| bar.step(1));
+    drop(bar);
+    seconds.fit = fitting.elapsed().as_secs_f64();
+
+    let mut figures = Figures::new(&plan, &baked, &reports);
+    if let Some(gltf) = gltf {
+        figures.gltf = Some(gltf.write(&source, &scene, &baked)?);
+    }
+    seconds.total = clock.elapsed().as_secs_f64();
+    figures.seconds = seconds;
+    if let Some(folder) = args.report_folder(&farm) {
+        let drawing = Progress::spinner("Drawing pictures");
+        report::create(folder, &args.scene.view, &plan, &baked, &reports, &figures)?;
+        drop(drawing);
+    }
+    print(args, &figures)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Frames a second of `--frame`.
+const FPS: f64 = 60.0;
+
+fn print(args: &Args, figures: &Figures) -> Result<()> {
+    if args.json {
+        return output::print_report(figures);
+    }
+    output::print(&figures.summary())
+}
+
+/// Traces items with a progress bar.
+fn trace(plan: &Plan, world: &World, items: std::ops::Range<usize>) -> Result<Vec<Traced>> {
+    let settings = &plan.settings().vertices;
+    let building = Progress::spinner("Building hierarchies");
+    let tracer = world.tracer();
+    drop(building);
+    let obscurance = Obscurance::new(plan.scene(), tracer, &settings.kernels, settings.rays)?;
+    let samples = plan.items()[items.clone()].iter().map(|i| i.samples.len());
+    let bar = Progress::new("Tracing samples", samples.sum::<usize>() as u64);
+    Ok(plan.trace(&obscurance, items, &|samples| bar.step(samples as u64)))
+}
+
+/// Traces the items of a task and writes its part; returns what there is to say.
+fn run_task(task: &Task, plan: &Plan, world: &World, key: u64) -> Result<String> {
+    let file = task.create(key)?;
+    let items = plan.share(task.index, task.tasks);
+    let traced = trace(plan, world, items.clone())?;
+    farm::write_part(file, plan, key, items.clone(), &traced)?;
+    Ok(format!(
+        "{}: {} of {} items of work, {} samples\n",
+        task.part(key).display(),
+        items.len(),
+        plan.items().len(),
+        traced.iter().map(Vec::len).sum::<usize>(),
+    ))
+}
+
+/// A baked scene is one moment of an animation.
+fn warn_of_motion(scene: &crate::scene::Scene, time: f64) {
+    let moves = |i: &usize| scene.is_moving_instance(*i) || scene.is_deforming_instance(*i);
+    let mut moving = (0..scene.instances.len()).filter(moves);
+    if let Some(first) = moving.next() {
+        let (name, more) = (&scene.instances[first].name, moving.count());
+        let text = match more {
+            0 => format!("{name} moves or deforms; its values are those of {time} s"),
+            n => format!("{name} and {n} more move or deform; their values are those of {time} s"),
+        };
+        output::warn(&format!("{}: {text}", scene.name));
+    }
+}
+
+fn warn_of_unsampled(plan: &Plan) {
+    let unsampled: Vec<usize> = plan.unsampled().collect();
+    if let Some(&first) = unsampled.first() {
+        let name = &plan.scene().instances[first].name;
+        let text = match unsampled.len() - 1 {
+            0 => format!("{name} is see-through or has no area; its vertices are open"),
+            n => format!(
+                "{name} and {n} more are see-through or have no area; their vertices are open"
+            ),
+        };
+        output::warn(&format!("{}: {text}", plan.scene().name));
+    }
+}
+
+impl Args {
+    /// The choices that decide which other options have an effect.
+    fn active(&self, farm: &Farm) -> Vec<&'static str> {
+        let is_task = matches!(farm, Farm::Task(_));
+        let gltf = self.gltf.gltf.is_some() && !is_task;
+        let choices = [
+            (is_task, effects::TASK),
+            (!is_task, effects::NO_TASK),
+            (gltf, effects::GLTF),
+            (self.report_folder(farm).is_some(), effects::REPORT),
+            (
+                gltf && self.gltf.into == Target::Occlusion,
+                effects::OCCLUSION,
+            ),
+            (
+                self.quality.ao.is_none() && self.quality.distances.len() == 2,
+                effects::TWO_DISTANCES,
+            ),
+        ];
+        let active = choices.iter().filter(|(active, _)| *active);
+        active.map(|(_, choice)| *choice).collect()
+    }
+
+    /// Where the report goes; a task has none.
+    fn report_folder(&self, farm: &Farm) -> Option<&Path> {
+        self.report
+            .as_deref()
+            .filter(|_| !matches!(farm, Farm::Task(_)))
+    }
+
+    /// # Errors
+    /// `Usage` where nothing would be written.
+    fn check_outputs(&self, farm: &Farm) -> Result<()> {
+        let has_output = self.gltf.gltf.is_some() || self.report.is_some();
+        if !has_output && !matches!(farm, Farm::Task(_)) {
+            let text = "name an output with --gltf or --report";
+            return Err(Error::Usage(text.into()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,148 @@
+//! `--gltf`: values in a copy of the scene.
+
+use super::super::{inputs, output};
+use super::source::Source;
+use crate::bake::Baked;
+use crate::files::NewFile;
+use crate::gltf_writer::{self, Options, Target};
+use crate::scene::{GltfFile, LoadOptions, Scene};
+use crate::{Error, Result};
+use serde::Serialize;
+use std::io::Write;
+use std::path::PathBuf;
+
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "glTF")]
+pub struct GltfArgs {
+    /// Write a copy of the scene with the values in it: a .glb, or a .gltf with a .bin of the same name
+    /// beside it.
+    #[arg(long, value_name = "FILE")]
+    pub gltf: Option<PathBuf>,
+    /// Where the values go.
+    #[arg(long, value_name = "WHERE", default_value = "attribute")]
+    pub into: Target,
+    /// Texels a side of an occlusion texture.
+    #[arg(long, value_name = "TEXELS", default_value = "512",
+        value_parser = clap::value_parser!(u32).range(8..=8192))]
+    pub texture_size: u32,
+}
+
+/// Outputs that were started.
+pub struct Gltf {
+    path: PathBuf,
+    file: NewFile,
+    /// The buffer beside a .gltf, and its name.
+    buffer: Option<(NewFile, String)>,
+    options: Options,
+}
+
+/// Figures of what was written.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct GltfFigures {
+    pub file: String,
+    /// Of all files together.
+    pub bytes: u64,
+    /// Of the source, with the files that it names.
+    pub source_bytes: u64,
+    pub instances: usize,
+    pub mesh_copies: usize,
+    pub vertices: usize,
+    pub textures: usize,
+    pub gpu_instances: usize,
+}
+
+impl GltfArgs {
+    /// Starts the output, if one is asked for.
+    ///
+    /// # Errors
+    /// `Usage` for a name that does not end with .glb or .gltf; as [`NewFile::create`].
+    pub fn create(&self, source: &Source) -> Result<Option<Gltf>> {
+        let Some(path) = self.gltf.as_deref().filter(|_| source.file.is_some()) else {
+            return Ok(None);
+        };
+        let extension = path.extension().unwrap_or_default();
+        let is_text = extension.eq_ignore_ascii_case("gltf");
+        if inputs::is_dash(path) || !(is_text || extension.eq_ignore_ascii_case("glb")) {
+            return Err(Error::Usage(format!(
+                "{}: name a file that ends with .glb or .gltf",
+                path.display()
+            )));
+        }
+        let buffer = match is_text {
+            true => {
+                let path = path.with_extension("bin");
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                Some((NewFile::create(&path)?, name.into_owned()))
+            }
+            false => None,
+        };
+        Ok(Some(Gltf {
+            path: path.to_owned(),
+            file: NewFile::create(path)?,
+            buffer,
+            options: Options {
+                target: self.into,
+                texture_side: self.texture_size,
+            },
+        }))
+    }
+}
+
+impl Gltf {
+    /// Writes the copy; what was done otherwise than asked is told as warnings.
+    ///
+    /// # Errors
+    /// `Scene` for a source that cannot be taken apart, `Io` where the copy cannot be written.
+    pub fn write(mut self, source: &Source, scene: &Scene, baked: &Baked) -> Result<GltfFigures> {
+        let Some(file) = &source.file else {
+            return Ok(GltfFigures::default());
+        };
+        let failed = |message| Error::Scene {
+            name: source.name.clone(),
+            message,
+        };
+        let options = LoadOptions::default();
+        let opened = GltfFile::open(&file.bytes, file.folder.as_deref(), &options);
+        let opened = opened.map_err(failed)?;
+        let (document, written) =
+            gltf_writer::write(&opened, scene, baked, self.options).map_err(failed)?;
+        for text in document.warnings.iter().chain(&written.notes) {
+            output::warn(&format!("{}: {text}", self.path.display()));
+        }
+        if written.replaced {
+            output::warn(&format!(
+                "{}: attributes {} that the scene had were replaced",
+                self.path.display(),
+                gltf_writer::NAME
+            ));
+        }
+        let bytes = match self.buffer.take() {
+            None => {
+                let bytes = document.to_glb()?;
+                put(self.file, &bytes)?;
+                bytes.len()
+            }
+            Some((file, name)) => {
+                let (text, buffer) = document.to_gltf(&name);
+                put(file, &buffer)?;
+                put(self.file, text.as_bytes())?;
+                text.len() + buffer.len()
+            }
+        };
+        Ok(GltfFigures {
+            file: self.path.display().to_string(),
+            bytes: bytes as u64,
+            source_bytes: source.size(),
+            instances: written.instances,
+            mesh_copies: written.copies,
+            vertices: written.vertices,
+            textures: written.textures,
+            gpu_instances: written.gpu_instances,
+        })
+    }
+}
+
+fn put(mut file: NewFile, bytes: &[u8]) -> Result<()> {
+    file.write_all(bytes).map_err(|e| file.error(e))?;
+    file.finish()
+}
