@@ -318,3 +318,28 @@ fn meshes_without_area_stay_open() {
         "{stderr}"
     );
 }
+
+#[test]
+fn reports_have_pictures_and_figures() {
+    let folder = folder();
+    let at = folder.path();
+    runs(at, &format!("bake a.gltf --report r --size 32x18 {SMALL}"));
+    for name in ["vertices_ao.png", "without_and_with.png"] {
+        let picture = image_size(&read(at, &format!("r/{name}")));
+        assert_eq!(picture, (32, 18), "{name}");
+    }
+    let figures: serde_json::Value =
+        serde_json::from_slice(&read(at, "r/report.json")).expect("JSON");
+    assert_eq!(figures["instances"], 2);
+    let page = String::from_utf8(read(at, "r/index.html")).expect("text");
+    for text in ["floor", "wall", "vertices_ao.png"] {
+        assert!(page.contains(text), "{text}");
+    }
+}
+
+/// Width and height of a PNG.
+fn image_size(png: &[u8]) -> (u32, u32) {
+    let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes"));
+    assert!(png.starts_with(b"\x89PNG"));
+    (number(16), number(20))
+}

@@ -41,7 +41,9 @@ function meshes(path) {
   const bytes = readFileSync(path);
   const isBinary = bytes.toString("latin1", 0, 4) === "glTF";
   const text = isBinary ? bytes.subarray(20, 20 + bytes.readUInt32LE(12)) : bytes;
-  return (JSON.parse(text.toString("utf8")).meshes ?? []).length;
+  // Without a byte order mark and padding by NUL.
+  const json = text.toString("utf8").replace(/^\uFEFF/, "").replace(/\0+$/, "");
+  return (JSON.parse(json).meshes ?? []).length;
 }
 
 let failed = false;
