@@ -3,7 +3,7 @@
 //! ```text
 //! cargo bench --no-default-features --features encode --bench instances -- SCENE.glb
 //!     [--instances N] [--points N] [--reference RAYS] [--rays N] [--samples N]
-//!     [--spacing METRES] [--volume-rays N] [--vertex-rays N] [--vertex-samples N]
+//!     [--spacing METRES] [--volume-rays N] [--vertex-rays N] [--vertex-samples N] [--foliage POINTS]
 //! ```
 //!
 //! Errors are root mean square over points spread evenly by area over the fronts of N instances of each mesh, `--points`
@@ -21,6 +21,9 @@
 //! - `per vertex`: a least squares fit of every instance by itself (`dapple::vertices`), with at most
 //!   `--vertex-samples` samples a face.
 //!
+//! With `--foliage` nothing of this is measured, but obscurance at so many points of meshes with one instance, with the
+//! leaves traced as they are and as foliage (`dapple::obscurance::foliage`).
+//!
 //! The volume is made around the chosen instances only; its cost is told per instance.
 
 use dapple::codec::instances::{Coding, Update};
@@ -33,7 +36,7 @@ use dapple::instances::server::solve::{self, Traced, UnitBox};
 use dapple::instances::server::{
     self, Context, Function, Group, Layout, Rung, Site, Solved, Volume,
 };
-use dapple::obscurance::{Blend, Gather, Obscurance, foliage};
+use dapple::obscurance::{self, Blend, Gather, Obscurance, foliage};
 use dapple::scene::{Mesh, Pose, Scene};
 use dapple::trace::{Aabb, Tracer};
 use dapple::vertices;
@@ -58,6 +61,7 @@ struct Options {
     volume_rays: u32,
     vertex_rays: u32,
     vertex_samples: u32,
+    foliage: u32,
 }
 
 fn options() -> Result<Options, String> {
@@ -72,6 +76,7 @@ fn options() -> Result<Options, String> {
         volume_rays: dapple::obscurance::VOLUME_RAYS,
         vertex_rays: 64,
         vertex_samples: 4,
+        foliage: 0,
     };
     // Cargo adds its own.
     let mut arguments = std::env::args().skip(1).filter(|a| a != "--bench");
@@ -94,6 +99,7 @@ fn options() -> Result<Options, String> {
             "--spacing" => options.spacing = number as f32,
             "--volume-rays" => options.volume_rays = number as u32,
             "--vertex-rays" => options.vertex_rays = number as u32,
+            "--foliage" => options.foliage = number as u32,
             "--vertex-samples" => options.vertex_samples = number as u32,
             _ => return Err(format!("no option {argument}")),
         }
@@ -156,6 +162,9 @@ fn run(options: &Options) -> dapple::Result<()> {
     let pose = scene.pose(0.0);
     let tracer = Tracer::new(&scene, &pose);
     let kernels = vertices::Settings::default().kernels;
+    if options.foliage > 0 {
+        return compare_foliage(options, &scene, &pose, &tracer, &kernels);
+    }
     let groups = server::groups(&scene, &pose);
     if groups.is_empty() {
         return Err(dapple::Error::Invalid(format!(
@@ -183,6 +192,50 @@ fn run(options: &Options) -> dapple::Result<()> {
         total.weight += errors.weight;
     }
     print("all", &total);
+    Ok(())
+}
+
+/// Obscurance of what stands there once, with leaves as they are and as foliage.
+fn compare_foliage(
+    options: &Options,
+    scene: &Scene,
+    pose: &Pose,
+    tracer: &Tracer,
+    kernels: &[obscurance::Kernel],
+) -> dapple::Result<()> {
+    let kinds = foliage::classify(scene, pose, &foliage::Rules::default());
+    for (mesh, kind) in scene.meshes.iter().zip(&kinds) {
+        println!("{}: {kind:?}", mesh.name);
+    }
+    let leaves = foliage::Foliage::new(scene, pose, &kinds, foliage::DENSITY)?;
+    let attenuation = leaves.attenuation();
+    let bare = Tracer::new(scene, &leaves.without(pose));
+    let as_they_are = Obscurance::new(scene, tracer, kernels, options.rays)?;
+    let as_foliage = Obscurance::new(scene, &bare, kernels, options.rays)?;
+    let as_foliage = as_foliage.with_foliage(&attenuation);
+    let grouped: Vec<usize> = server::groups(scene, pose).iter().map(|g| g.mesh).collect();
+    let single = (0..scene.instances.len())
+        .filter(|i| !grouped.contains(&scene.instances[*i].mesh))
+        .flat_map(|i| {
+            let sites = server::place::place(scene, pose, i, options.foliage, i as u64);
+            sites.into_iter().map(move |site| (i, site))
+        });
+    let single: Vec<(usize, Site)> = single.collect();
+    let [shrubs, trees] = leaves.counts();
+    println!("{shrubs} shrubs, {trees} trees; {} points", single.len());
+    for (name, obscurance) in [("as they are", &as_they_are), ("as foliage", &as_foliage)] {
+        let gathers: Vec<Gather> = timed(name, single.len() as f64, || {
+            single
+                .par_iter()
+                .map(|(i, site)| obscurance.at_surface(&site.surface(scene, pose, *i), site.seed))
+                .collect()
+        });
+        let mean = |k: usize| {
+            let sum: f64 = gathers.iter().map(|g| f64::from(g.values[k])).sum();
+            sum / gathers.len() as f64
+        };
+        println!("{name:<28} mean {:>12.4} {:>7.4}", mean(0), mean(1));
+    }
     Ok(())
 }
 
@@ -367,7 +420,7 @@ fn measure(
 
 /// Bytes of a record with the table of these functions.
 fn record_bytes(mesh: &Mesh, functions: &[Function], coding: Coding) -> dapple::Result<usize> {
-    let [short, long] = dapple::obscurance::HALF_DISTANCES.map(Kernel::exponential);
+    let [short, long] = obscurance::HALF_DISTANCES.map(Kernel::exponential);
     let signals = Signals::blended(short, long, Blend::default().long);
     let Some((table, entries)) = server::table(signals, functions, server::table::BOUND, coding)?
     else {

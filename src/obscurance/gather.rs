@@ -189,8 +189,11 @@ impl<'t, 's> Obscurance<'t, 's> {
                 *visible = kernel.visibility(distance);
             }
             if let Some(foliage) = self.foliage.filter(|_| distance > 0.0) {
-                let left = foliage.transmission(origin, direction, distance.min(self.reach));
-                visible.iter_mut().for_each(|visible| *visible *= left);
+                for met in foliage.along(origin, direction, distance.min(self.reach)) {
+                    for (kernel, visible) in self.kernels.iter().zip(&mut visible) {
+                        *visible *= met.visibility(*kernel);
+                    }
+                }
             }
             for (visible, sum) in visible.iter().zip(&mut sums) {
                 *sum += f64::from(*visible);

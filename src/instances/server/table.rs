@@ -78,6 +78,15 @@ impl Function {
             coefficients: coefficients.collect(),
         })
     }
+
+    /// That of a small decorator, from its scalars ([`super::decorator::scalar`]); its mesh has no local obscurance.
+    pub fn of_decorator(path: &str, scalars: &[f32]) -> Function {
+        Function {
+            key: key(path),
+            form: Form::Scalar,
+            coefficients: scalars.iter().map(|s| [*s, 0.0, 0.0, 0.0]).collect(),
+        }
+    }
 }
 
 /// The table of a mesh and its entries, keys ascending: the smallest exponent that reaches all coefficients, and the largest

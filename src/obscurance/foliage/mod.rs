@@ -24,5 +24,5 @@
 pub mod attenuate;
 pub mod classify;
 
-pub use attenuate::{Attenuation, DENSITY, Foliage, without};
+pub use attenuate::{Attenuation, DENSITY, Foliage, Met, without};
 pub use classify::{Kind, Reason, Rules, Verdict, classify};
