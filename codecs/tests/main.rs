@@ -11,4 +11,5 @@ mod errors;
 mod probes;
 mod regions;
 mod stream;
+mod vertices;
 mod work;

@@ -18,6 +18,7 @@ from typing import BinaryIO
 
 import instances
 import regions
+import vertices
 from container import Decoder
 from dump import Dump
 from errors import Fault
@@ -25,7 +26,7 @@ from light import INTERPOLATIONS, Light
 from limits import Limits
 from sampling import ambient_occlusion, normalised
 from session import Track
-from tracks import INSTANCES, POINTS, REGIONS
+from tracks import INSTANCES, POINTS, REGIONS, VERTICES
 
 COMPLETE, REFUSED, NEED_INPUT, USAGE, BROKEN = 0, 1, 2, 64, 70
 
@@ -176,6 +177,8 @@ def run_queries(options: Options, data: bytes, out: BinaryIO) -> int:
             raise UsageError(f"no track {track_id}")
         if track.declaration.model == POINTS:
             numbers = [query_points(track, words[1:])]
+        elif track.declaration.model == VERTICES:
+            numbers = [query_vertices(track, words[1:])]
         elif track.declaration.model == INSTANCES:
             numbers = [query_instances(track, line.decode("utf-8", "replace"))]
         elif track.declaration.model == REGIONS:
@@ -196,6 +199,15 @@ def query_points(track: Track, words: list[str]) -> float:
         (x / 65536, y / 65536, z / 65536),
         normalised((nx, ny, nz)),
     )
+
+
+def query_vertices(track: Track, words: list[str]) -> float:
+    *corners, u, v, w = integers(words, 6)
+    whole = u + v + w == 65536 and min(u, v, w) >= 0
+    if not whole or not all(0 <= corner < track.declaration.count for corner in corners):
+        raise UsageError("a query of vertices names three of them, with weights of 65536 in all")
+    weights = [u / 65536, v / 65536, w / 65536]
+    return vertices.ambient_occlusion(track.declaration, track.content, corners, weights)
 
 
 def query_instances(track: Track, line: str) -> float:

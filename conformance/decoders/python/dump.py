@@ -7,14 +7,20 @@ import instances
 import points
 import probes
 import regions
+import vertices
 from digest import xxh64
 from session import Track
-from tracks import CELLS, INSTANCES, PACKED, POINTS, PROBES, RAW, REGIONS, Declaration, Grid, RegionSet, Table, Volume
+from tracks import (
+    CELLS, INSTANCES, PACKED, POINTS, PROBES, RAW, REGIONS, VERTICES,
+    Declaration, Grid, RegionSet, Table, VertexSet, Volume,
+)
 
 NAMES = {
     (POINTS, CELLS): "points cells",
     (PROBES, RAW): "probes raw",
     (PROBES, PACKED): "probes packed",
+    (VERTICES, RAW): "vertices raw",
+    (VERTICES, PACKED): "vertices packed",
     (INSTANCES, RAW): "instances raw",
     (INSTANCES, PACKED): "instances packed",
     (REGIONS, RAW): "regions raw",
@@ -62,6 +68,8 @@ class Dump:
             self.line(grid_line(said))
         elif isinstance(said, Volume):
             self.line(volume_line(said))
+        elif isinstance(said, VertexSet):
+            self.line(vertex_set_line(said))
         elif isinstance(said, Table):
             self.line(table_line(said))
         else:
@@ -75,6 +83,8 @@ class Dump:
             self.points(said, track.content)
         elif isinstance(said, Volume):
             self.probes(said, track.content)
+        elif isinstance(said, VertexSet):
+            self.vertices(said, track.content)
         elif isinstance(said, Table):
             self.instances(said, track.content)
         else:
@@ -100,6 +110,13 @@ class Dump:
         self.line(f"values {number} {xxh64(values):016x}")
         if content.visibility is not None:
             self.line(f"visibility {number} {xxh64(content.visibility):016x}")
+
+    def vertices(self, said: VertexSet, content: vertices.Content) -> None:
+        values = content.values()
+        for index in range(said.count):
+            own = values[index * said.signals : (index + 1) * said.signals]
+            if any(value < 255 for value in own):
+                self.line(f"vertex {said.track_id} {index} {','.join(map(str, own))}")
 
     def instances(self, said: Table, content: instances.Content) -> None:
         for key, values in content.entries:
@@ -138,6 +155,14 @@ def volume_line(said: Volume) -> str:
         f"volume {said.track_id} {dx} {dy} {dz} {said.exponent} {said.side} "
         f"{','.join(str(step) for step in said.steps)} "
         f"{floats(said.spacing + (said.range,) + said.grid_from_mesh)}"
+    )
+
+
+def vertex_set_line(said: VertexSet) -> str:
+    a, b = said.kinds
+    return (
+        f"vertices {said.track_id} {said.count} {said.bits} {said.order} {said.signals} {a},{b} "
+        f"{floats(said.distances + (said.share,))}"
     )
 
 

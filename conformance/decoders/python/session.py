@@ -13,22 +13,28 @@ import instances
 import points
 import probes
 import regions
+import vertices
 from base import Base
 from digest import Xxh64
 from errors import Fault
 from limits import Limits
 from payload import Fields
-from tracks import INSTANCES, POINTS, PROBES, REGIONS, Declaration, Grid, read_entry
+from tracks import (
+    INSTANCES, POINTS, PROBES, REGIONS, VERTICES, Declaration, Grid, VertexSet, read_entry,
+)
 
 STREAM, GROUP, TRACK, TRACK_REMOVE, TRANSFORMS, COMMIT, END = 1, 2, 3, 4, 5, 6, 7
 MODEL_RECORDS = {
     0x20: points.read_points,
     0x21: probes.read_probes,
+    0x22: vertices.read_vertices,
     0x23: instances.read_instances,
     0x24: regions.read_regions,
 }
 
-Content = points.Content | probes.Content | instances.Content | regions.Content
+Content = (
+    points.Content | probes.Content | vertices.Content | instances.Content | regions.Content
+)
 CONTENTS = {
     POINTS: points.Content,
     PROBES: probes.Content,
@@ -41,6 +47,8 @@ NO_TRANSFORM = bytes(48)
 
 def nothing(declaration: Declaration) -> Content:
     """The content of an empty track."""
+    if isinstance(declaration, VertexSet):
+        return vertices.Content(declaration.values)
     return CONTENTS[declaration.model]()
 
 
@@ -187,6 +195,8 @@ class Session:
         if (
             sum(track.bucket_count for track in grids) > 2**32 - 1
             or sum(track.cell_capacity for track in grids) > 2**32 - 1
+            or sum(track.array_bytes for track in declarations if isinstance(track, VertexSet))
+            > 2**32 - 1
             or sum(track.state_bytes for track in declarations) > self.limits.state_bytes
         ):
             raise Fault(2018)
@@ -246,7 +256,7 @@ class Session:
             self.frame = Frame()
         return self.frame
 
-    # ---- points.md, section 5; probes.md, section 4; instances.md, section 4; regions.md, section 4 ----
+    # ---- points.md, section 5; probes.md, section 4; vertices.md, section 4; instances.md, section 4; regions.md, section 4 ----
 
     def check_model_header(self, unpacked_length: int) -> None:
         """What is checked of a model record before it is unpacked [C-112]."""

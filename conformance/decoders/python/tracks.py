@@ -1,5 +1,5 @@
 """Declarations of tracks (container.md, section 6.3; their parameters: points.md 2, probes.md 3, obscurance.md 3,
-instances.md 3, regions.md 3)."""
+vertices.md 3, instances.md 3, regions.md 3)."""
 
 from dataclasses import dataclass, fields
 from typing import ClassVar
@@ -8,10 +8,16 @@ from errors import Fault
 from limits import Limits
 from payload import Fields, as_number
 
-POINTS, PROBES, INSTANCES, REGIONS = 1, 2, 4, 5  # models
+POINTS, PROBES, VERTICES, INSTANCES, REGIONS = 1, 2, 3, 4, 5  # models
 CELLS = 0  # the coding of `points`
 RAW, PACKED = 0, 1  # the codings of `probes` and of baked models
-CODINGS = {POINTS: (CELLS,), PROBES: (RAW, PACKED), INSTANCES: (RAW, PACKED), REGIONS: (RAW, PACKED)}
+CODINGS = {
+    POINTS: (CELLS,),
+    PROBES: (RAW, PACKED),
+    VERTICES: (RAW, PACKED),
+    INSTANCES: (RAW, PACKED),
+    REGIONS: (RAW, PACKED),
+}
 
 
 @dataclass(frozen=True)
@@ -125,6 +131,31 @@ class Baked(Declaration):
 
 
 @dataclass(frozen=True)
+class VertexSet(Baked):
+    """A track of `vertices` (vertices.md, section 3)."""
+
+    model = VERTICES
+
+    count: int
+    bits: int  # of a code
+    order: int  # 0 that of the file, 1 distinct vertices
+
+    @property
+    def values(self) -> int:
+        return self.count * self.signals
+
+    @property
+    def array_bytes(self) -> int:
+        """The values, rounded up to a multiple of 4."""
+        return (self.values + 3) // 4 * 4
+
+    @property
+    def state_bytes(self) -> int:
+        """[V-002]: what the track counts against the limit of decoded state."""
+        return 2 * self.array_bytes
+
+
+@dataclass(frozen=True)
 class Table(Baked):
     """A track of `instances` (instances.md, section 3)."""
 
@@ -189,6 +220,8 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
         parameters = read_grid(entry)
     elif model == PROBES:
         parameters = read_volume(entry, coding)
+    elif model == VERTICES:
+        parameters = read_vertex_set(entry)
     elif model == INSTANCES:
         parameters = read_table(entry)
     else:
@@ -220,6 +253,11 @@ def read_entry(payload: Fields, limits: Limits) -> Declaration:
         volume = Volume(*common, **parameters)
         check_volume(volume)
         return volume
+    if model == VERTICES:
+        vertices = VertexSet(*common, **parameters)
+        check_signals(vertices)
+        check_vertex_set(vertices)
+        return vertices
     if model == REGIONS:
         regions = RegionSet(*common, **parameters)
         check_signals(regions)
@@ -386,3 +424,20 @@ def check_region_set(track: RegionSet) -> None:
         raise Fault(2031)
     if track.exponent > 3 or not 1 <= track.step <= 32767:
         raise Fault(2031)
+
+
+# ---- vertices.md, section 3 ----
+
+
+def read_vertex_set(entry: Fields) -> dict:
+    """The parameters of `vertices`."""
+    signals = read_signals(entry)
+    count, bits, order = entry.u32(), entry.u8(), entry.u8()
+    entry.zero(2)
+    return signals | dict(count=count, bits=bits, order=order)
+
+
+def check_vertex_set(track: VertexSet) -> None:
+    """[V-001]"""
+    if not 1 <= track.count <= 2**28 or track.bits not in (8, 5) or track.order not in (0, 1):
+        raise Fault(2029)

@@ -182,10 +182,10 @@ impl State {
         }
     }
 
-    /// The whole of a track is dirty.
+    /// The whole of a track is dirty, with its padding.
     fn touch(&mut self, index: usize) {
         let place = &self.places[index];
-        let end = place.first + place.vertices.values() as u32;
+        let end = place.first + region_bytes(&place.vertices);
         self.dirty.add(place.first, end);
     }
 
