@@ -545,6 +545,76 @@ fn allocations() {
             }
         }
     }
+    vertices_within_limits();
+}
+
+/// Vertices up to the limit of state, beside points and after them; then frames that allocate nothing.
+fn vertices_within_limits() {
+    use dapple_codec::vertices::*;
+    let of = |id: u32, count: u32| Track {
+        id,
+        target: Target::default(),
+        aabb_min: [0.0; 3],
+        aabb_max: [1.0; 3],
+        space: LookupSpace::Mesh,
+        model: Model::Vertices(Vertices {
+            signals: Signals::one(Kernel::cut_off(1.0)),
+            count,
+            bits: 8,
+            order: Vertices::FILE_ORDER,
+            coding: Coding::Packed,
+        }),
+    };
+    let limits = Limits {
+        state_bytes: 8 << 20,
+        ..SMALL
+    };
+    let alone = declared(&[of(3, 4 << 20)]);
+    let apart = declared_apart(&[of(1, 1 << 20), of(2, 1 << 20), of(3, 2 << 20)]);
+    let beside = declared(&[track(1, PointWidths::BITS_32, 1000, 2000), of(3, 3 << 20)]);
+    let points_alone = declared(&[track(1, PointWidths::BITS_32, (8 << 20) / 32 - 2, 1)]);
+    within(limits, 8 << 20, |decoder| {
+        for bytes in [&points_alone, &alone, &beside, &apart, &points_alone] {
+            assert_eq!(push(decoder, bytes), Ok(()));
+            decoder.reset();
+        }
+    });
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    encoder.tracks(&mut out, &[of(1, 900), of(2, 50)]).unwrap();
+    let mut ends = Vec::new();
+    for frame in 0..12u8 {
+        let (first, second) = ([frame; 900], [frame; 50]);
+        let updates = [
+            Update {
+                track: 1,
+                codes: &first,
+            },
+            Update {
+                track: 2,
+                codes: &second,
+            },
+        ];
+        let updates = &updates[usize::from(frame) % 2..];
+        let compression = [Compression::None, Compression::Lz4, ZSTD][usize::from(frame) % 3];
+        encoder.vertices(&mut out, updates, compression).unwrap();
+        encoder.commit(&mut out, frame.into(), None).unwrap();
+        ends.push(out.len());
+    }
+    let mut decoder = Decoder::new(Limits::default());
+    let mut at = 0;
+    for (frame, &end) in ends.iter().enumerate() {
+        let calls = CALLS.load(Relaxed);
+        while at < end {
+            at += decoder.push(&out[at..end]).unwrap().0;
+        }
+        decoder.clear_dirty();
+        // The first of each packing makes room for it.
+        if frame > 3 {
+            assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+        }
+    }
 }
 
 fn reset_and_free_gives_memory_back() {

@@ -126,6 +126,12 @@ impl Frames {
         self
     }
 
+    /// Tracks that a record put by hand has removed.
+    pub fn remove_silently(mut self, ids: &[u32]) -> Frames {
+        self.removed.extend(ids);
+        self
+    }
+
     /// Ends the frame.
     pub fn commit(mut self) -> Frames {
         let removed = std::mem::take(&mut self.removed);

@@ -6,6 +6,7 @@ mod faults;
 mod instances;
 mod loss;
 mod probes;
+mod vertices;
 
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
@@ -95,6 +96,7 @@ fn cases() -> Vec<Case> {
     control(&mut all);
     pieces(&mut all);
     probes::probes(&mut all);
+    vertices::vertices(&mut all);
     instances::instances(&mut all);
     all
 }
