@@ -1,6 +1,8 @@
 //! The tests of the codec, but for `memory.rs`, which is a process of its own.
 
 mod common;
+#[path = "common/tables.rs"]
+mod instance_tables;
 #[path = "common/regions.rs"]
 mod region_sets;
 #[path = "common/volumes.rs"]
@@ -8,6 +10,7 @@ mod volumes;
 
 mod encoder_misuse;
 mod errors;
+mod instances;
 mod probes;
 mod regions;
 mod stream;

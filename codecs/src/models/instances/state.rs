@@ -96,9 +96,9 @@ pub(super) struct TableState {
 impl TableState {
     /// Makes `next` the committed state. Returns how many entries it has.
     pub(super) fn apply(&mut self) -> u32 {
+        self.dirty |= self.entries != self.next;
         mem::swap(&mut self.entries, &mut self.next);
         self.next.clear();
-        self.dirty = true;
         self.entries.keys.len() as u32
     }
 
@@ -114,6 +114,7 @@ impl TableState {
 }
 
 /// Entries of a table: all of them, or none.
+#[derive(PartialEq)]
 pub(super) struct Entries {
     pub(super) keys: Vec<u64>,
     pub(super) values: Vec<Value>,
