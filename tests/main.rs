@@ -12,6 +12,8 @@ mod cli;
 mod conformance;
 #[cfg(feature = "cli")]
 mod demo;
+#[cfg(feature = "render")]
+mod instances_queries;
 #[cfg(feature = "cli")]
 mod outputs;
 #[cfg(feature = "encode")]

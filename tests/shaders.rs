@@ -19,6 +19,15 @@ const QUERY: Shader = Shader {
     ),
 };
 
+/// The sampler of `instances` likewise.
+const INSTANCES_QUERY: Shader = Shader {
+    name: "tests/instances_queries/ask.wgsl",
+    source: concat!(
+        include_str!("../src/instances/sample.wgsl"),
+        include_str!("instances_queries/ask.wgsl")
+    ),
+};
+
 /// Names of the browser's program.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
@@ -109,7 +118,7 @@ fn serve(stream: TcpStream, modules: &Value) -> std::io::Result<Option<Value>> {
 fn modules_pass_a_strict_compiler() {
     let modules: Vec<Value> = shaders::ALL
         .iter()
-        .chain([&QUERY])
+        .chain([&QUERY, &INSTANCES_QUERY])
         .map(|shader| json!({ "name": shader.name, "source": shader.source }))
         .collect();
     let modules = Value::from(modules);

@@ -20,9 +20,10 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 9] = [
+const BUILDERS: [&str; 10] = [
     "differential",
     "encoder",
+    "instances",
     "points",
     "probes",
     "regions",

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use arbitrary::{Result, Unstructured};
+use dapple_codec::instances;
 use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use dapple_codec::probes::{self, Probe};
 use dapple_codec::regions;
@@ -40,6 +41,7 @@ struct Pair {
     buckets: BTreeMap<(u32, u32), Bucket>,
     probes: BTreeMap<u32, Vec<Probe>>,
     visibility: BTreeMap<u32, Vec<u8>>,
+    instances: BTreeMap<u32, models::instances::Content>,
     regions: BTreeMap<u32, regions::Content>,
 }
 
@@ -58,6 +60,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
         buckets: BTreeMap::new(),
         probes: BTreeMap::new(),
         visibility: BTreeMap::new(),
+        instances: BTreeMap::new(),
         regions: BTreeMap::new(),
     };
     pair.read();
@@ -170,6 +173,7 @@ impl Pair {
         match *u.choose(&ModelKind::ALL)? {
             ModelKind::Points => self.points(u),
             ModelKind::Probes => self.probes(u),
+            ModelKind::Instances => self.instances(u),
             ModelKind::Regions => self.regions(u),
         }
     }
@@ -290,6 +294,47 @@ impl Pair {
         Ok(())
     }
 
+    fn instances(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
+        let mut contents = Vec::new();
+        for id in self.ids(u)? {
+            let table = self
+                .track(id)
+                .and_then(|track| track.track.instance_table());
+            let Some(table) = table else {
+                contents.push((id, Vec::new(), Default::default()));
+                continue;
+            };
+            let mut entries = models::instances::entries(u, table)?;
+            let shown = models::instances::Content::of(table, &entries);
+            if u.ratio(1, 16)? {
+                let at = u.choose_index(entries.len())?;
+                match u.int_in_range(0..=3)? {
+                    0 => entries[at].key = u.arbitrary()?,
+                    1 => entries[at].codes[1][3] = u.arbitrary()?,
+                    2 => entries[at].codes[0][0] = u.arbitrary()?,
+                    _ => _ = entries.pop(),
+                }
+                // What was taken is decoded below, and checked there.
+                contents.push((id, entries, Default::default()));
+                continue;
+            }
+            contents.push((id, entries, shown));
+        }
+        let updates: Vec<_> = contents
+            .iter()
+            .map(|(track, entries, _)| instances::Update {
+                track: *track,
+                entries,
+            })
+            .collect();
+        let compression = server::compression(u)?;
+        if self.call(|e, out| e.instances(out, &updates, compression)) {
+            let shown = contents.into_iter().map(|(id, _, shown)| (id, shown));
+            self.instances.extend(shown);
+        }
+        Ok(())
+    }
+
     fn regions(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         let mut contents = Vec::new();
         for id in self.ids(u)? {
@@ -362,6 +407,11 @@ impl Pair {
         for (id, bytes) in std::mem::take(&mut self.visibility) {
             let track = self.track(id).expect("a declared track");
             assert_eq!(self.decoder.probes().visibility_of(track), Some(&bytes[..]));
+        }
+        for (id, content) in std::mem::take(&mut self.instances) {
+            let track = self.track(id).expect("a declared track");
+            let shown = models::instances::Content::shown(self.decoder.instances(), track);
+            assert!(content.keys.is_empty() || shown == content);
         }
         for (id, content) in std::mem::take(&mut self.regions) {
             let track = self.track(id).expect("a declared track");

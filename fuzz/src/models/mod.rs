@@ -1,6 +1,7 @@
 //! The registry of models: what the targets draw, write and check of each. The matches are exhaustive, so
 //! that a new model is a compile error here.
 
+pub mod instances;
 pub mod points;
 pub mod probes;
 pub mod regions;
@@ -15,6 +16,8 @@ pub enum Content {
     Points(points::Content),
     /// Probes and visibility.
     Probes(probes::Content),
+    /// Entries of a table.
+    Instances(instances::Content),
     /// Regions and their coefficients.
     Regions(regions::Content),
 }
@@ -30,6 +33,7 @@ pub fn of_kind(u: &mut Unstructured<'_>, kind: ModelKind) -> Result<Model> {
     Ok(match kind {
         ModelKind::Points => Model::Points(points::grid(u)?),
         ModelKind::Probes => Model::Probes(probes::volume(u)?),
+        ModelKind::Instances => Model::Instances(instances::table(u)?),
         ModelKind::Regions => Model::Regions(regions::set(u)?),
     })
 }
@@ -39,6 +43,7 @@ pub fn parameters(model: &Model, scale: u32) -> (u16, u16, Vec<u8>) {
     match model {
         Model::Points(grid) => (1, points::coding(grid), points::parameters(grid, scale)),
         Model::Probes(volume) => (2, probes::coding(volume), probes::parameters(volume, scale)),
+        Model::Instances(t) => (4, instances::coding(t), instances::parameters(t, scale)),
         Model::Regions(set) => (5, regions::coding(set), regions::parameters(set, scale)),
     }
 }
@@ -48,6 +53,7 @@ pub fn payload(u: &mut Unstructured<'_>, kind: ModelKind, decoder: &Decoder) -> 
     match kind {
         ModelKind::Points => points::payload(u, decoder),
         ModelKind::Probes => probes::payload(u, decoder),
+        ModelKind::Instances => instances::payload(u, decoder),
         ModelKind::Regions => regions::payload(u, decoder),
     }
 }
@@ -57,6 +63,7 @@ pub fn check(kind: ModelKind, decoder: &Decoder) -> u64 {
     match kind {
         ModelKind::Points => points::check(decoder),
         ModelKind::Probes => probes::check(decoder),
+        ModelKind::Instances => instances::check(decoder),
         ModelKind::Regions => regions::check(decoder),
     }
 }
@@ -72,6 +79,7 @@ pub fn write(
     match kind {
         ModelKind::Points => points::write(u, tracks, encoder, out),
         ModelKind::Probes => probes::write(u, tracks, encoder, out),
+        ModelKind::Instances => instances::write(u, tracks, encoder, out),
         ModelKind::Regions => regions::write(u, tracks, encoder, out),
     }
 }
@@ -94,6 +102,7 @@ impl Content {
         match model {
             Model::Points(grid) => Content::Points(points::Content::empty(grid)),
             Model::Probes(volume) => Content::Probes(probes::Content::empty(volume)),
+            Model::Instances(_) => Content::Instances(instances::Content::default()),
             Model::Regions(_) => Content::Regions(regions::Content::default()),
         }
     }
@@ -103,6 +112,9 @@ impl Content {
         match &track.track.model {
             Model::Points(_) => Content::Points(points::Content::shown(decoder.points(), track)),
             Model::Probes(_) => Content::Probes(probes::Content::shown(decoder.probes(), track)),
+            Model::Instances(_) => {
+                Content::Instances(instances::Content::shown(decoder.instances(), track))
+            }
             Model::Regions(_) => {
                 Content::Regions(regions::Content::shown(decoder.regions(), track))
             }
@@ -114,6 +126,7 @@ impl Content {
         match self {
             Content::Points(content) => Content::Points(content.reachable()),
             Content::Probes(content) => Content::Probes(content.clone()),
+            Content::Instances(content) => Content::Instances(content.clone()),
             Content::Regions(content) => Content::Regions(content.clone()),
         }
     }
@@ -127,6 +140,9 @@ impl Content {
             Content::Probes(content) => {
                 let visibility = content.visibility.as_deref();
                 digest.probes(id, transform, &content.probes, visibility);
+            }
+            Content::Instances(content) => {
+                digest.instances(id, transform, &content.keys, &content.values);
             }
             Content::Regions(content) => {
                 let arrays = &content.arrays;
