@@ -26,6 +26,7 @@ const BUILDERS: [&str; 10] = [
     "instances",
     "points",
     "probes",
+    "vertices",
     "regions",
     "structured",
     "round_trip",

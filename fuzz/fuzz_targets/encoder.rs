@@ -10,6 +10,7 @@ use dapple_codec::instances;
 use dapple_codec::points::{Bucket, Cell, Coverage, EMPTY, Update};
 use dapple_codec::probes::{self, Probe};
 use dapple_codec::regions;
+use dapple_codec::vertices;
 use dapple_codec::{
     Decoder, Encoder, EncoderConfig, GroupStart, Limits, ModelKind, Track, TrackState, Transform,
 };
@@ -41,6 +42,7 @@ struct Pair {
     buckets: BTreeMap<(u32, u32), Bucket>,
     probes: BTreeMap<u32, Vec<Probe>>,
     visibility: BTreeMap<u32, Vec<u8>>,
+    vertices: BTreeMap<u32, Vec<u8>>,
     instances: BTreeMap<u32, models::instances::Content>,
     regions: BTreeMap<u32, regions::Content>,
 }
@@ -60,6 +62,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
         buckets: BTreeMap::new(),
         probes: BTreeMap::new(),
         visibility: BTreeMap::new(),
+        vertices: BTreeMap::new(),
         instances: BTreeMap::new(),
         regions: BTreeMap::new(),
     };
@@ -173,6 +176,7 @@ impl Pair {
         match *u.choose(&ModelKind::ALL)? {
             ModelKind::Points => self.points(u),
             ModelKind::Probes => self.probes(u),
+            ModelKind::Vertices => self.vertices(u),
             ModelKind::Instances => self.instances(u),
             ModelKind::Regions => self.regions(u),
         }
@@ -294,6 +298,38 @@ impl Pair {
         Ok(())
     }
 
+    fn vertices(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
+        let mut contents = Vec::new();
+        for id in self.ids(u)? {
+            let track = self.track(id).and_then(|track| track.track.vertices());
+            let mut codes = match track {
+                Some(track) => models::vertices::codes(u, track)?,
+                None => Vec::new(),
+            };
+            let values = track.map(|track| models::vertices::values(track, &codes));
+            if u.ratio(1, 16)? && !codes.is_empty() {
+                match u.arbitrary()? {
+                    true => codes.push(0),
+                    false => _ = codes.pop(),
+                }
+            }
+            contents.push((id, codes, values.unwrap_or_default()));
+        }
+        let updates: Vec<_> = contents
+            .iter()
+            .map(|(track, codes, _)| vertices::Update {
+                track: *track,
+                codes,
+            })
+            .collect();
+        let compression = server::compression(u)?;
+        if self.call(|e, out| e.vertices(out, &updates, compression)) {
+            let values = contents.into_iter().map(|(id, _, values)| (id, values));
+            self.vertices.extend(values);
+        }
+        Ok(())
+    }
+
     fn instances(&mut self, u: &mut Unstructured<'_>) -> Result<()> {
         let mut contents = Vec::new();
         for id in self.ids(u)? {
@@ -407,6 +443,10 @@ impl Pair {
         for (id, bytes) in std::mem::take(&mut self.visibility) {
             let track = self.track(id).expect("a declared track");
             assert_eq!(self.decoder.probes().visibility_of(track), Some(&bytes[..]));
+        }
+        for (id, values) in std::mem::take(&mut self.vertices) {
+            let track = self.track(id).expect("a declared track");
+            assert_eq!(self.decoder.vertices().values_of(track), values);
         }
         for (id, content) in std::mem::take(&mut self.instances) {
             let track = self.track(id).expect("a declared track");

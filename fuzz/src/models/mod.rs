@@ -5,6 +5,7 @@ pub mod instances;
 pub mod points;
 pub mod probes;
 pub mod regions;
+pub mod vertices;
 
 use arbitrary::{Result, Unstructured};
 use dapple_codec::{Decoder, Encoder, Model, ModelKind, StateDigest, TrackState, Transform};
@@ -16,6 +17,8 @@ pub enum Content {
     Points(points::Content),
     /// Probes and visibility.
     Probes(probes::Content),
+    /// Values of vertices.
+    Vertices(vertices::Content),
     /// Entries of a table.
     Instances(instances::Content),
     /// Regions and their coefficients.
@@ -33,6 +36,7 @@ pub fn of_kind(u: &mut Unstructured<'_>, kind: ModelKind) -> Result<Model> {
     Ok(match kind {
         ModelKind::Points => Model::Points(points::grid(u)?),
         ModelKind::Probes => Model::Probes(probes::volume(u)?),
+        ModelKind::Vertices => Model::Vertices(vertices::track(u)?),
         ModelKind::Instances => Model::Instances(instances::table(u)?),
         ModelKind::Regions => Model::Regions(regions::set(u)?),
     })
@@ -43,6 +47,11 @@ pub fn parameters(model: &Model, scale: u32) -> (u16, u16, Vec<u8>) {
     match model {
         Model::Points(grid) => (1, points::coding(grid), points::parameters(grid, scale)),
         Model::Probes(volume) => (2, probes::coding(volume), probes::parameters(volume, scale)),
+        Model::Vertices(track) => (
+            3,
+            vertices::coding(track),
+            vertices::parameters(track, scale),
+        ),
         Model::Instances(t) => (4, instances::coding(t), instances::parameters(t, scale)),
         Model::Regions(set) => (5, regions::coding(set), regions::parameters(set, scale)),
     }
@@ -53,6 +62,7 @@ pub fn payload(u: &mut Unstructured<'_>, kind: ModelKind, decoder: &Decoder) -> 
     match kind {
         ModelKind::Points => points::payload(u, decoder),
         ModelKind::Probes => probes::payload(u, decoder),
+        ModelKind::Vertices => vertices::payload(u, decoder),
         ModelKind::Instances => instances::payload(u, decoder),
         ModelKind::Regions => regions::payload(u, decoder),
     }
@@ -63,6 +73,7 @@ pub fn check(kind: ModelKind, decoder: &Decoder) -> u64 {
     match kind {
         ModelKind::Points => points::check(decoder),
         ModelKind::Probes => probes::check(decoder),
+        ModelKind::Vertices => vertices::check(decoder),
         ModelKind::Instances => instances::check(decoder),
         ModelKind::Regions => regions::check(decoder),
     }
@@ -79,6 +90,7 @@ pub fn write(
     match kind {
         ModelKind::Points => points::write(u, tracks, encoder, out),
         ModelKind::Probes => probes::write(u, tracks, encoder, out),
+        ModelKind::Vertices => vertices::write(u, tracks, encoder, out),
         ModelKind::Instances => instances::write(u, tracks, encoder, out),
         ModelKind::Regions => regions::write(u, tracks, encoder, out),
     }
@@ -102,6 +114,7 @@ impl Content {
         match model {
             Model::Points(grid) => Content::Points(points::Content::empty(grid)),
             Model::Probes(volume) => Content::Probes(probes::Content::empty(volume)),
+            Model::Vertices(track) => Content::Vertices(vertices::Content::empty(track)),
             Model::Instances(_) => Content::Instances(instances::Content::default()),
             Model::Regions(_) => Content::Regions(regions::Content::default()),
         }
@@ -112,6 +125,9 @@ impl Content {
         match &track.track.model {
             Model::Points(_) => Content::Points(points::Content::shown(decoder.points(), track)),
             Model::Probes(_) => Content::Probes(probes::Content::shown(decoder.probes(), track)),
+            Model::Vertices(_) => {
+                Content::Vertices(vertices::Content::shown(decoder.vertices(), track))
+            }
             Model::Instances(_) => {
                 Content::Instances(instances::Content::shown(decoder.instances(), track))
             }
@@ -126,6 +142,7 @@ impl Content {
         match self {
             Content::Points(content) => Content::Points(content.reachable()),
             Content::Probes(content) => Content::Probes(content.clone()),
+            Content::Vertices(content) => Content::Vertices(content.clone()),
             Content::Instances(content) => Content::Instances(content.clone()),
             Content::Regions(content) => Content::Regions(content.clone()),
         }
@@ -141,6 +158,7 @@ impl Content {
                 let visibility = content.visibility.as_deref();
                 digest.probes(id, transform, &content.probes, visibility);
             }
+            Content::Vertices(content) => digest.vertices(id, transform, &content.values),
             Content::Instances(content) => {
                 digest.instances(id, transform, &content.keys, &content.values);
             }

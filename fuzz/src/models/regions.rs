@@ -155,7 +155,10 @@ pub fn write(
         }
     }
     in_records(u, &contents, |u, contents| {
-        let updates: Vec<_> = contents.iter().map(|(id, arrays)| update(*id, arrays)).collect();
+        let updates: Vec<_> = contents
+            .iter()
+            .map(|(id, arrays)| update(*id, arrays))
+            .collect();
         let written = encoder.regions(out, &updates, compression(u)?);
         written.expect("regions");
         Ok(())
@@ -186,7 +189,10 @@ pub fn payload(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
         let set = track.region_set().expect("regions");
         contents.push((track.id, content(u, set)?));
     }
-    let updates: Vec<_> = contents.iter().map(|(id, arrays)| update(*id, arrays)).collect();
+    let updates: Vec<_> = contents
+        .iter()
+        .map(|(id, arrays)| update(*id, arrays))
+        .collect();
     let at = bytes.len() + HEADER_BYTES;
     let written = encoder.regions(&mut bytes, &updates, Compression::None);
     written.expect("regions");
