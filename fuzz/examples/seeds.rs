@@ -20,7 +20,7 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ),
 ];
 /// Targets that build their own streams from any bytes.
-const BUILDERS: [&str; 10] = [
+const BUILDERS: [&str; 11] = [
     "differential",
     "encoder",
     "instances",

@@ -23,7 +23,7 @@ fn payloads(u: &mut Unstructured<'_>, _: u32, tracks: &[Track]) -> Result<Vec<Ve
 
 /// A right head; the section is the input's, often with boxes that hold.
 fn payload(u: &mut Unstructured<'_>, id: u32, set: &RegionSet) -> Result<Vec<u8>> {
-    let kind = u.int_in_range(0..=15)?;
+    let kind = u.int_in_range(0u8..=15)?;
     let mut section = Vec::new();
     if kind > 0 {
         regions(u, set, &mut section)?;
