@@ -28,6 +28,8 @@ mod probes_client;
 mod probes_queries;
 #[cfg(feature = "render")]
 mod queries;
+#[cfg(feature = "render")]
+mod regions_queries;
 #[cfg(feature = "cli")]
 mod shaders;
 #[cfg(feature = "cli")]

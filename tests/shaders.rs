@@ -28,6 +28,15 @@ const INSTANCES_QUERY: Shader = Shader {
     ),
 };
 
+/// That of `regions`.
+const REGIONS_QUERY: Shader = Shader {
+    name: "tests/regions_queries/ask.wgsl",
+    source: concat!(
+        include_str!("../src/regions/sample.wgsl"),
+        include_str!("regions_queries/ask.wgsl")
+    ),
+};
+
 /// Names of the browser's program.
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
@@ -118,7 +127,7 @@ fn serve(stream: TcpStream, modules: &Value) -> std::io::Result<Option<Value>> {
 fn modules_pass_a_strict_compiler() {
     let modules: Vec<Value> = shaders::ALL
         .iter()
-        .chain([&QUERY, &INSTANCES_QUERY])
+        .chain([&QUERY, &INSTANCES_QUERY, &REGIONS_QUERY])
         .map(|shader| json!({ "name": shader.name, "source": shader.source }))
         .collect();
     let modules = Value::from(modules);

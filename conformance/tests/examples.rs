@@ -4,6 +4,8 @@ use std::fs;
 
 use dapple_conformance::clauses;
 use dapple_conformance::models::probes::range::INITIAL;
+use dapple_conformance::models::range::Bit;
+use dapple_conformance::models::regions::writer::{self, Region, Set};
 use dapple_conformance::protocol::{Arguments, Mode, Program as _, Status};
 use dapple_conformance::reference::Reference;
 
@@ -36,7 +38,11 @@ fn chapter(name: &str) -> String {
 }
 
 /// The chapters with a stream and its dump, and the files of both in `spec/examples`.
-const EXAMPLES: [(&str, &str); 2] = [("examples.md", "points"), ("examples-probes.md", "probes")];
+const EXAMPLES: [(&str, &str); 3] = [
+    ("examples.md", "points"),
+    ("examples-probes.md", "probes"),
+    ("examples-regions.md", "regions"),
+];
 
 /// A file of `spec/examples`.
 fn file(name: &str, kind: &str) -> Vec<u8> {
@@ -68,7 +74,7 @@ fn decodes_to_its_dump((name, files): (&str, &str)) {
     let text = chapter(name);
     let stream = bytes(&blocks(&text, "hex"));
     let dump = blocks(&text, "dump").join("\n") + "\n";
-    assert!(stream.len() > 500, "the blocks are not found");
+    assert!(stream.len() > 400, "the blocks are not found");
     let answer = Reference::default()
         .request(&Arguments::default(), &stream)
         .expect("an answer");
@@ -110,7 +116,7 @@ fn the_losses_come_to_the_transcript() {
 fn each_record_type_that_is_defined_has_its_bytes() {
     let streams = EXAMPLES.map(|(name, _)| bytes(&blocks(&chapter(name), "hex")));
     let types = streams.map(|stream| record_types(&stream)).concat();
-    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21] {
+    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21, 0x24] {
         assert!(
             types.contains(&defined),
             "{defined:#x} is not in {types:x?}"
@@ -143,7 +149,10 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
     for line in blocks(&text, "bits") {
         let words: Vec<&str> = line.split_whitespace().collect();
         if words[0] == "context" {
-            coder = sections.next().map(Coder::new);
+            let estimates = INITIAL.map(|b| 256 * u32::from(b) + 128).to_vec();
+            coder = sections
+                .next()
+                .map(|section| Coder::new(section, estimates));
             continue;
         }
         let coder: &mut Coder = coder.as_mut().expect("a section");
@@ -166,6 +175,58 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
     assert_eq!(consumed, [11 + 3, 1 + 4]);
 }
 
+/// The worked section of regions, bit by bit: contexts and estimates are those of the program of
+/// `spec/regions.md` §7 for the codes that the text states.
+#[test]
+fn bits_of_regions_are_those_of_the_codes() {
+    let text = chapter("examples-regions.md");
+    let of_region = |line: &str| line.starts_with("region ").then(|| line.to_string());
+    let stated: Vec<String> = blocks(&text, "text")
+        .into_iter()
+        .filter_map(of_region)
+        .collect();
+    let forms = [[2, 0, 1], [0, 1, 1], [2, 0, 1]];
+    let regions: Vec<Region> = stated
+        .iter()
+        .zip(forms)
+        .map(|(line, form)| {
+            let codes = line.split_whitespace().skip(2);
+            Region {
+                codes: codes.map(|code| code.parse().expect("a code")).collect(),
+                ..Region::new([0.0; 6], form)
+            }
+        })
+        .collect();
+    assert_eq!(regions.len(), 3);
+    let set = Set::packed(3).of_one();
+    let bits = writer::bits(&set, [true, false, false], &regions);
+    let hex = text
+        .lines()
+        .skip_while(|l| !l.ends_with("; regions of track 7, range coded"));
+    let coded = bytes(&hex.take_while(|l| *l != "```").collect::<Vec<_>>());
+    assert_eq!(
+        writer::coded(&set, [true, false, false], &regions).short(),
+        coded
+    );
+    let mut coder = Coder::new(coded, vec![32896; writer::context::ALL]);
+    let mut rows = blocks(&text, "bits").into_iter().skip(1);
+    for bit in bits {
+        let words: Vec<&str> = rows.next().expect("a row").split_whitespace().collect();
+        let (context, one) = match bit {
+            Bit::In(context, one) => (Some(context), one),
+            Bit::Even(one) => (None, one),
+        };
+        let number = context.map(|context| context.to_string());
+        assert_eq!(number.as_deref().unwrap_or("-"), words[0]);
+        let q = context.map(|context| coder.estimates[context].to_string());
+        assert_eq!(q.as_deref().unwrap_or("-"), words[1]);
+        assert_eq!(coder.shown().split("  ").next(), Some(words[2]));
+        assert_eq!(coder.bit(context), u32::from(one));
+        assert_eq!(words[3], u32::from(one).to_string());
+    }
+    assert_eq!(rows.next(), None);
+}
+
 /// Names of the contexts with their indices, such as `LEVEL[0][1]`.
 fn context_names() -> Vec<String> {
     let path = clauses::folder().join("tables/contexts.csv");
@@ -184,17 +245,17 @@ struct Coder {
     taken: usize,
     range: u32,
     code: u32,
-    estimates: [u32; 257],
+    estimates: Vec<u32>,
 }
 
 impl Coder {
-    fn new(bytes: Vec<u8>) -> Coder {
+    fn new(bytes: Vec<u8>, estimates: Vec<u32>) -> Coder {
         let mut coder = Coder {
             bytes,
             taken: 0,
             range: u32::MAX,
             code: 0,
-            estimates: INITIAL.map(|b| 256 * u32::from(b) + 128),
+            estimates,
         };
         (0..4).for_each(|_| coder.take());
         coder

@@ -30,6 +30,7 @@ use crate::instances::client::entry_of;
 use crate::points::sample::{self, Fallback};
 use crate::probes;
 use crate::probes::client::ProbesVolume;
+use crate::regions::sample::Regions;
 use crate::{Error, Result};
 
 /// Run the conformance vectors through a decoder: exit code 0 if all pass, 1 if any fails.
@@ -179,7 +180,7 @@ fn program(args: &Args) -> Box<dyn Program> {
                 probes: Some(light),
                 vertices: Some(at_vertices),
                 instances: Some(instance_ambient_occlusion),
-                ..Samplers::default()
+                regions: Some(region_ambient_occlusion),
             },
         });
     };
@@ -267,6 +268,22 @@ fn instance_ambient_occlusion(
         Some(entry) => entry.ao(position, local),
         None => local,
     }
+}
+
+/// AO of an object at a position with a normal, in the space of a track of regions.
+fn region_ambient_occlusion(
+    decoder: &Decoder,
+    live: &TrackState,
+    position: [f32; 3],
+    normal: [f32; 3],
+) -> f32 {
+    // Nothing closes a place of a track of another model.
+    let Some(set) = live.track.region_set() else {
+        return 1.0;
+    };
+    let state = decoder.regions();
+    let regions = Regions::new(set, state.regions_of(live), state.pairs_of(live));
+    regions.ao(position.into(), normal.into())
 }
 
 /// Writes those reports that were asked for: JSON, JUnit XML, and a web page.
