@@ -1,7 +1,9 @@
 //! Bakes of whole scenes: what there is to trace, in items of work that a farm can share out, and the
 //! values that come of it.
 //!
+//! - [`ladder`]: the rungs by which an instance can be described, and the choice among them.
 //! - [`plan`]: the surfaces of a scene, their samples, and the [`plan::Item`]s.
+//! - `fit`: from the results to what a bake says of each instance ([`Plan::fit`]).
 //! - [`part`]: files with the results of some items.
 //! - [`signals`]: from fitted obscurance to the values of a file.
 //!
@@ -9,6 +11,8 @@
 //! cheap beside tracing, so that each task of a farm does the first and the merge both; the items carry
 //! nothing but what the rays found. The result does not depend on who traced which item.
 
+mod fit;
+pub mod ladder;
 pub mod part;
 pub mod plan;
 pub mod signals;
@@ -26,4 +30,10 @@ pub struct Settings {
     /// Kernels, rays, samples and the regulariser.
     pub vertices: vertices::Settings,
     pub tone: Tone,
+    /// Meshes with several instances share local values, and each instance has a function of place (the model
+    /// `instances`).
+    pub instances: bool,
+    /// Error up to which an instance takes a cheaper rung of the [`ladder`]. Without it values stand at vertices, and
+    /// instances of a shared mesh have the function with the least error.
+    pub tolerance: Option<f64>,
 }

@@ -1,13 +1,14 @@
 //! What a bake of a scene consists of.
 
-use super::signals::{Baked, InstanceSignals};
-use super::{Settings, Tone};
+use super::Settings;
+use crate::instances::server::{self as instances, Group};
 use crate::obscurance::{Gather, Obscurance};
 use crate::scene::{Pose, Scene};
 use crate::vertices::place::{self, Site};
-use crate::vertices::{self, Report, Shape};
+use crate::vertices::{self, Shape};
 use crate::{Error, Result};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Most samples of an item: a fraction of a second of tracing.
@@ -26,16 +27,29 @@ pub type Traced = Vec<Gather>;
 
 /// The surfaces of a scene at a pose, their samples, and the items of work.
 pub struct Plan<'s> {
-    scene: &'s Scene,
-    pose: &'s Pose,
-    settings: Settings,
-    surfaces: Vec<Surface>,
+    pub(super) scene: &'s Scene,
+    pub(super) pose: &'s Pose,
+    pub(super) settings: Settings,
+    /// Meshes whose instances share local values; one of each hash.
+    pub(super) groups: Vec<Group>,
+    pub(super) surfaces: Vec<Surface>,
     items: Vec<Item>,
 }
 
-struct Surface {
-    shape: Shape,
-    sites: Vec<Site>,
+/// An instance and its samples.
+pub(super) struct Surface {
+    pub kind: Kind,
+    pub sites: Vec<Site>,
+}
+
+/// How an instance is described.
+pub(super) enum Kind {
+    /// Whatever rung suits it, up to values at its vertices.
+    Any(Shape),
+    /// Values at its vertices: its mesh is the same as that of a group, whose local values it must not get.
+    Vertices(Shape),
+    /// An instance of a group, which has few samples.
+    Grouped(usize),
 }
 
 impl<'s> Plan<'s> {
@@ -46,12 +60,36 @@ impl<'s> Plan<'s> {
     pub fn new(scene: &'s Scene, pose: &'s Pose, settings: Settings) -> Result<Plan<'s>> {
         settings.vertices.check()?;
         settings.tone.blend.check()?;
+        let mut groups = match settings.instances {
+            true => instances::groups(scene, pose),
+            false => Vec::new(),
+        };
+        // Equal meshes have one track of local values.
+        let mut hashes = BTreeMap::new();
+        groups.retain(|group| hashes.insert(scene.mesh_hash(group.mesh), ()).is_none());
+        let mut group_of = vec![None; scene.instances.len()];
+        for (number, group) in groups.iter().enumerate() {
+            for &instance in &group.instances {
+                group_of[instance] = Some(number);
+            }
+        }
         let surfaces: Vec<Surface> = (0..scene.instances.len())
             .into_par_iter()
             .map(|instance| {
+                if let Some(group) = group_of[instance] {
+                    return Surface {
+                        kind: Kind::Grouped(group),
+                        sites: few_sites(scene, pose, instance),
+                    };
+                }
                 let shape = Shape::new(scene, pose, instance);
                 let sites = place::place(scene, instance, &shape, settings.vertices.sampling);
-                Surface { shape, sites }
+                let hash = scene.mesh_hash(scene.instances[instance].mesh);
+                let kind = match hashes.contains_key(&hash) || settings.tolerance.is_none() {
+                    true => Kind::Vertices(shape),
+                    false => Kind::Any(shape),
+                };
+                Surface { kind, sites }
             })
             .collect();
         let items: Vec<Item> = surfaces
@@ -75,6 +113,7 @@ impl<'s> Plan<'s> {
             scene,
             pose,
             settings,
+            groups,
             surfaces,
             items,
         })
@@ -138,38 +177,6 @@ impl<'s> Plan<'s> {
             .collect()
     }
 
-    /// Fits all instances to the results of all items, in their order; `done` is told each instance that
-    /// is finished, from any thread.
-    pub fn fit(&self, traced: &[Traced], done: &(dyn Fn() + Sync)) -> (Baked, Vec<Report>) {
-        let mut of_instance = vec![Vec::new(); self.surfaces.len()];
-        for (item, traced) in self.items.iter().zip(traced) {
-            of_instance[item.instance].extend_from_slice(traced);
-        }
-        let fitted: Vec<(InstanceSignals, Report)> = self
-            .surfaces
-            .par_iter()
-            .zip(&of_instance)
-            .map(|(surface, gathers)| {
-                let fitted = self.fit_instance(surface, gathers);
-                done();
-                fitted
-            })
-            .collect();
-        let (instances, reports) = fitted.into_iter().unzip();
-        let Tone { blend, .. } = self.settings.tone;
-        (Baked { instances, blend }, reports)
-    }
-
-    fn fit_instance(&self, surface: &Surface, gathers: &[Gather]) -> (InstanceSignals, Report) {
-        let Surface { shape, sites } = surface;
-        let vertices::Settings { kernels, alpha, .. } = &self.settings.vertices;
-        let samples = vertices::valid_samples(sites, gathers, kernels.len());
-        let mean = vertices::mean(samples.clone(), kernels.len());
-        let fitted = vertices::fit_instance(shape, sites.len(), samples, kernels.len(), *alpha);
-        let signals = InstanceSignals::new(&self.settings.tone, &fitted, &mean);
-        (signals, fitted.report)
-    }
-
     pub fn scene(&self) -> &'s Scene {
         self.scene
     }
@@ -177,4 +184,17 @@ impl<'s> Plan<'s> {
     pub fn pose(&self) -> &'s Pose {
         self.pose
     }
+}
+
+/// The samples of an instance of a group.
+fn few_sites(scene: &Scene, pose: &Pose, instance: usize) -> Vec<Site> {
+    let sites = instances::place::place(scene, pose, instance, instances::SAMPLES, instance as u64);
+    let same = sites.iter().map(|site| Site {
+        triangle: site.triangle,
+        u: site.u,
+        v: site.v,
+        area: site.area,
+        seed: site.seed,
+    });
+    same.collect()
 }

@@ -1,7 +1,9 @@
 //! From fitted obscurance to the values of a file.
 
+use super::ladder::{Ladder, Rung};
+use crate::instances::server::fit::Linear;
 use crate::obscurance::{Blend, Remap};
-use crate::vertices::InstanceBake;
+use crate::vertices::{InstanceBake, Site};
 
 /// How the kernels' values become signals.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,14 +33,76 @@ impl Tone {
         };
         signals.iter().map(|x| self.remap.apply(*x)).collect()
     }
+
+    /// The signals of means of the kernels.
+    pub fn means(&self, mean: &[f64]) -> Vec<u8> {
+        let mean: Vec<f32> = mean.iter().map(|m| *m as f32).collect();
+        self.apply(&mean).into_iter().map(unorm8).collect()
+    }
+
+    /// What a picture shows of signals.
+    pub fn shown(&self, signals: &[f32]) -> f32 {
+        match *signals {
+            [short, long] => self.blend.apply(short, long),
+            [one, ..] => one,
+            [] => 1.0,
+        }
+    }
 }
 
-/// A baked scene: one entry per instance.
+/// A baked scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
+    /// One per instance, at its vertices, by whichever rung it takes.
     pub instances: Vec<InstanceSignals>,
+    /// One per instance.
+    pub choices: Vec<Choice>,
+    /// Local values that instances share.
+    pub locals: Vec<Local>,
     /// Share of the second signal in what is shown.
     pub blend: Blend,
+}
+
+/// The rung that an instance takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    pub rung: Rung,
+    /// Per signal the function of its entry; empty for a rung without.
+    pub functions: Vec<Linear>,
+    /// What was tried; empty where there was no choice.
+    pub ladder: Ladder,
+}
+
+/// Values of a mesh that its instances share.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Local {
+    pub mesh: usize,
+    /// Per signal one UNORM8 value per vertex.
+    pub signals: Vec<Vec<u8>>,
+}
+
+impl Local {
+    /// Per signal the value of a vertex.
+    pub fn of_vertex(&self, vertex: usize) -> Vec<f32> {
+        let value = |signal: &Vec<u8>| f32::from(signal[vertex]) / 255.0;
+        self.signals.iter().map(value).collect()
+    }
+
+    /// Per signal the value at a sample's place.
+    pub fn at(&self, triangles: &[[u32; 3]], site: &Site) -> Vec<f32> {
+        interpolated(&self.signals, triangles, site)
+    }
+}
+
+/// Per signal the value at a sample's place.
+fn interpolated(signals: &[Vec<u8>], triangles: &[[u32; 3]], site: &Site) -> Vec<f32> {
+    let corners = triangles[site.triangle as usize];
+    let weights = site.weights();
+    let value = |signal: &Vec<u8>| {
+        let corner = |k: usize| weights[k] as f32 * f32::from(signal[corners[k] as usize]);
+        (corner(0) + corner(1) + corner(2)) / 255.0
+    };
+    signals.iter().map(value).collect()
 }
 
 /// The signals of an instance as UNORM8: 0 is blocked, 255 open.
@@ -65,11 +129,15 @@ impl InstanceSignals {
                 signal.push(unorm8(value));
             }
         }
-        let mean: Vec<f32> = mean.iter().map(|m| *m as f32).collect();
         InstanceSignals {
             vertices,
-            mean: tone.apply(&mean).into_iter().map(unorm8).collect(),
+            mean: tone.means(mean),
         }
+    }
+
+    /// Per signal the value at a sample's place.
+    pub fn at(&self, triangles: &[[u32; 3]], site: &Site) -> Vec<f32> {
+        interpolated(&self.vertices, triangles, site)
     }
 }
 

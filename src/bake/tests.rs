@@ -1,8 +1,12 @@
 use super::*;
+use crate::obscurance::shapes;
 use crate::obscurance::{Blend, Obscurance, Remap};
-use crate::scene::Scene;
+use crate::scene::{Instance, Pose, Scene};
+use crate::trace::Tracer;
 use crate::vertices::Sampling;
 use crate::world::World;
+use glam::{Affine3A, Vec3};
+use ladder::Rung;
 
 fn settings() -> Settings {
     Settings {
@@ -14,17 +18,20 @@ fn settings() -> Settings {
             },
             ..vertices::Settings::default()
         },
-        tone: Tone::default(),
+        ..Settings::default()
     }
 }
 
 /// A plan of the built-in scene, with everything traced.
 fn with_hall(test: impl Fn(&Plan, &[Traced])) {
-    let scene = Scene::hall();
-    let world = World::new(&scene, 0.0);
-    let plan = Plan::new(&scene, world.pose(), settings()).expect("a plan");
+    with_settings(&Scene::hall(), settings(), test);
+}
+
+fn with_settings(scene: &Scene, settings: Settings, test: impl Fn(&Plan, &[Traced])) {
+    let world = World::new(scene, 0.0);
+    let plan = Plan::new(scene, world.pose(), settings).expect("a plan");
     let settings = &plan.settings().vertices;
-    let obscurance = Obscurance::new(&scene, world.tracer(), &settings.kernels, settings.rays);
+    let obscurance = Obscurance::new(scene, world.tracer(), &settings.kernels, settings.rays);
     let obscurance = obscurance.expect("obscurance");
     let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
     test(&plan, &traced);
@@ -37,7 +44,7 @@ fn plan_agrees_with_the_bake_of_vertices() {
         let settings = &plan.settings().vertices;
         let (whole, _) =
             vertices::bake(plan.scene(), world.pose(), world.tracer(), settings).expect("a bake");
-        let (baked, reports) = plan.fit(traced, &|| ());
+        let (baked, reports) = plan.fit(traced, &|| ()).expect("a fit");
         let tone = Tone::default();
         for ((instance, baked), report) in whole.instances.iter().zip(&baked.instances).zip(reports)
         {
@@ -141,4 +148,111 @@ fn tone_blends_and_remaps() {
     assert_eq!(tone.signals(1), 1);
     assert_eq!(signals::shown(&[255, 0], blend), 0.75);
     assert_eq!(signals::shown(&[51], blend), 0.2);
+}
+
+/// Eight boxes of one mesh on a floor of another, and a wall beside three of them.
+fn boxes() -> (Scene, Pose) {
+    let floor = shapes::floor(Vec3::new(-6.0, 0.0, -6.0), 12.0, 12);
+    let wall = shapes::cuboid(Vec3::new(3.2, 0.0, -6.0), Vec3::new(3.4, 5.0, 6.0));
+    let small = shapes::cuboid(Vec3::new(-0.5, 0.01, -0.5), Vec3::new(0.5, 1.0, 0.5));
+    let (mut scene, mut pose) = shapes::scene(vec![floor, wall, small]);
+    scene.instances.pop();
+    pose.world_from_mesh.pop();
+    for i in 0..8 {
+        let at = Vec3::new(if i < 3 { 2.6 } else { -3.0 }, 0.0, 1.5 * i as f32 - 5.0);
+        scene.instances.push(Instance {
+            name: format!("box {i}"),
+            mesh: 2,
+            ..Instance::default()
+        });
+        pose.world_from_mesh.push(Affine3A::from_translation(at));
+    }
+    pose.deformed = vec![None; scene.instances.len()];
+    (scene, pose)
+}
+
+fn with_boxes(settings: Settings, test: impl Fn(&Plan, &Baked)) {
+    let (scene, pose) = boxes();
+    let plan = Plan::new(&scene, &pose, settings).expect("a plan");
+    let tracer = Tracer::new(&scene, &pose);
+    let settings = &plan.settings().vertices;
+    let obscurance = Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays);
+    let obscurance = obscurance.expect("obscurance");
+    let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
+    let (baked, _) = plan.fit(&traced, &|| ()).expect("a fit");
+    test(&plan, &baked);
+}
+
+fn fine() -> Settings {
+    Settings {
+        vertices: vertices::Settings {
+            rays: 64,
+            ..vertices::Settings::default()
+        },
+        ..Settings::default()
+    }
+}
+
+#[test]
+fn instances_of_a_mesh_share_local_values() {
+    let settings = Settings {
+        instances: true,
+        ..fine()
+    };
+    with_boxes(settings, |_, baked| {
+        assert_eq!(baked.locals.len(), 1);
+        assert_eq!(baked.locals[0].mesh, 2);
+        assert_eq!(baked.choices[0].rung, Rung::Vertices);
+        let mean = |instance: usize| f32::from(baked.instances[instance].mean[0]);
+        for (i, choice) in baked.choices.iter().enumerate().skip(2) {
+            assert!(choice.rung.has_local(), "{i}: {choice:?}");
+            // The values that a client shows are those of the instance.
+            let shown = &baked.instances[i].vertices[0];
+            let average = shown.iter().map(|v| f32::from(*v)).sum::<f32>() / shown.len() as f32;
+            assert!(
+                (average - mean(i)).abs() < 40.0,
+                "{i}: {average} {}",
+                mean(i)
+            );
+        }
+        // Beside the wall it is darker.
+        assert!(mean(2) < mean(8) - 10.0);
+    });
+}
+
+#[test]
+fn tolerance_takes_cheaper_rungs_the_larger_it_is() {
+    let rungs = |tolerance: f64| {
+        let settings = Settings {
+            instances: true,
+            tolerance: Some(tolerance),
+            ..fine()
+        };
+        let rungs = std::cell::RefCell::new(Vec::new());
+        with_boxes(settings, |_, baked| {
+            for choice in &baked.choices {
+                let chosen = choice.ladder.get(choice.rung).expect("it was tried");
+                let least = choice.ladder.rungs.iter().map(|m| m.error);
+                let least = least.fold(f64::INFINITY, f64::min);
+                let has_local = choice.rung.has_local();
+                let same = choice
+                    .ladder
+                    .rungs
+                    .iter()
+                    .filter(|m| m.rung.has_local() == has_local);
+                let least_of_same = same.map(|m| m.error).fold(f64::INFINITY, f64::min);
+                assert!(chosen.error <= tolerance || chosen.error <= least_of_same + 1e-12);
+                assert!(least <= chosen.error);
+            }
+            let all = baked.choices.iter().map(|choice| choice.rung);
+            *rungs.borrow_mut() = all.collect();
+        });
+        rungs.into_inner()
+    };
+    assert!(rungs(1.0).iter().all(|rung| *rung == Rung::Scalar));
+    let strict = rungs(0.0);
+    assert!(
+        strict[2..].iter().all(|rung| *rung > Rung::Scalar),
+        "{strict:?}"
+    );
 }

@@ -121,6 +121,7 @@ impl QualityArgs {
                 separate: self.separate,
                 remap: self.remap.clone().unwrap_or_default(),
             },
+            ..Settings::default()
         })
     }
 }
@@ -189,7 +190,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
 
     let fitting = Instant::now();
     let bar = Progress::new("Fitting vertices", scene.instances.len() as u64);
-    let (baked, reports) = plan.fit(&traced, &|| bar.step(1));
+    let (baked, reports) = plan.fit(&traced, &|| bar.step(1))?;
     drop(bar);
     seconds.fit = fitting.elapsed().as_secs_f64();
 

@@ -97,6 +97,7 @@ fn baked(scene: &Scene, signals: usize) -> Baked {
     Baked {
         instances: instances.collect(),
         blend: Blend::default(),
+        ..Baked::default()
     }
 }
 

@@ -35,3 +35,7 @@ impl MeshValues {
         sum / 255.0
     }
 }
+
+#[cfg(test)]
+#[path = "sample_tests.rs"]
+mod tests;

@@ -1,0 +1,303 @@
+//! From what rays found to what a bake says of each instance.
+
+use super::ladder::{self, Ladder, Rung, Sample};
+use super::plan::{Kind, Plan, Surface, Traced};
+use super::signals::{Baked, Choice, InstanceSignals, Local, unorm8};
+use crate::Result;
+use crate::instances::server::solve::UnitBox;
+use crate::instances::server::{self as instances, Group};
+use crate::obscurance::{Gather, Obscurance};
+use crate::trace::Tracer;
+use crate::vertices::place::{self, Site};
+use crate::vertices::{self, Report, Shape};
+use rayon::prelude::*;
+
+/// An instance after the fit.
+struct Fitted {
+    signals: InstanceSignals,
+    choice: Choice,
+    report: Report,
+}
+
+impl Plan<'_> {
+    /// Fits all instances to the results of all items, in their order; `done` is told each instance that
+    /// is finished, from any thread.
+    ///
+    /// # Errors
+    /// As [`Obscurance::new`].
+    pub fn fit(&self, traced: &[Traced], done: &(dyn Fn() + Sync)) -> Result<(Baked, Vec<Report>)> {
+        let mut of_instance = vec![Vec::new(); self.surfaces.len()];
+        for (item, traced) in self.items().iter().zip(traced) {
+            of_instance[item.instance].extend_from_slice(traced);
+        }
+        let locals: Vec<Local> = self
+            .groups
+            .par_iter()
+            .map(|group| self.bake_alone(group))
+            .collect::<Result<_>>()?;
+        let mut fitted: Vec<Fitted> = self
+            .surfaces
+            .par_iter()
+            .zip(&of_instance)
+            .enumerate()
+            .map(|(instance, (surface, gathers))| {
+                let fitted = self.fit_instance(instance, surface, gathers, &locals);
+                done();
+                fitted
+            })
+            .collect();
+        let locals = self.choose_in_groups(&mut fitted, locals);
+        let mut baked = Baked {
+            blend: self.settings.tone.blend,
+            locals,
+            ..Baked::default()
+        };
+        let mut reports = Vec::new();
+        for fitted in fitted {
+            baked.instances.push(fitted.signals);
+            baked.choices.push(fitted.choice);
+            reports.push(fitted.report);
+        }
+        Ok((baked, reports))
+    }
+
+    /// The local values of a mesh: those of the object alone in the world.
+    fn bake_alone(&self, group: &Group) -> Result<Local> {
+        let (scene, pose) = group.alone(self.scene, self.pose);
+        let settings = &self.settings.vertices;
+        let tracer = Tracer::new(&scene, &pose);
+        let obscurance = Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays)?;
+        let shape = Shape::new(&scene, &pose, 0);
+        let sites = place::place(&scene, 0, &shape, settings.sampling);
+        let gathers = vertices::trace(&obscurance, &pose, 0, &sites);
+        let (signals, _) = self.fit_vertices(&shape, &sites, &gathers, |_| true);
+        Ok(Local {
+            mesh: group.mesh,
+            signals: signals.vertices,
+        })
+    }
+
+    fn fit_instance(
+        &self,
+        instance: usize,
+        surface: &Surface,
+        gathers: &[Gather],
+        locals: &[Local],
+    ) -> Fitted {
+        let sites = &surface.sites;
+        match &surface.kind {
+            Kind::Vertices(shape) => {
+                let (signals, report) = self.fit_vertices(shape, sites, gathers, |_| true);
+                let choice = Choice {
+                    rung: Rung::Vertices,
+                    functions: Vec::new(),
+                    ladder: Ladder::default(),
+                };
+                Fitted {
+                    signals,
+                    choice,
+                    report,
+                }
+            }
+            Kind::Any(shape) => self.fit_any(instance, shape, sites, gathers),
+            Kind::Grouped(group) => self.fit_grouped(instance, sites, gathers, &locals[*group]),
+        }
+    }
+
+    /// An instance of its own by the cheapest rung within the tolerance.
+    fn fit_any(
+        &self,
+        instance: usize,
+        shape: &Shape,
+        sites: &[Site],
+        gathers: &[Gather],
+    ) -> Fitted {
+        let tone = &self.settings.tone;
+        let (samples, numbers) = self.ladder_samples(instance, sites, gathers);
+        let mut ladder = Ladder::functions(&samples, self.signals(), tone, None);
+        // Which samples of the fit are held out follows from their numbers among the valid ones, as in `samples`.
+        let held_out: Vec<bool> = {
+            let mut held_out = vec![false; sites.len()];
+            for (sample, &number) in samples.iter().zip(&numbers) {
+                held_out[number] = sample.held_out;
+            }
+            held_out
+        };
+        let (part, _) = self.fit_vertices(shape, sites, gathers, |site| !held_out[site]);
+        let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
+        ladder.add_vertices(&samples, tone, |sample| {
+            part.at(&mesh.triangles, &sites[numbers[sample]])
+        });
+        let tolerance = self.settings.tolerance.unwrap_or(0.0);
+        let size = (self.signals(), mesh.positions.len());
+        let chosen = ladder.choose(tolerance, size, |_| true);
+        let (signals, report) = self.fit_vertices(shape, sites, gathers, |_| true);
+        let mut fitted = Fitted {
+            signals,
+            choice: Choice {
+                rung: Rung::Vertices,
+                functions: Vec::new(),
+                ladder: ladder.clone(),
+            },
+            report,
+        };
+        if let Some(chosen) = chosen {
+            self.take(instance, &mut fitted, chosen, None);
+        }
+        fitted
+    }
+
+    /// The ladder of an instance of a group. Which rung it takes is decided for all of them together.
+    fn fit_grouped(
+        &self,
+        instance: usize,
+        sites: &[Site],
+        gathers: &[Gather],
+        local: &Local,
+    ) -> Fitted {
+        let (samples, numbers) = self.ladder_samples(instance, sites, gathers);
+        let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
+        let at = |sample: usize| local.at(&mesh.triangles, &sites[numbers[sample]]);
+        let tone = &self.settings.tone;
+        let ladder = Ladder::functions(&samples, self.signals(), tone, Some(&at));
+        let kernels = self.settings.vertices.kernels.len();
+        let mean = vertices::mean(vertices::valid_samples(sites, gathers, kernels), kernels);
+        Fitted {
+            signals: InstanceSignals {
+                vertices: Vec::new(),
+                mean: tone.means(&mean),
+            },
+            choice: Choice {
+                rung: Rung::Local,
+                functions: Vec::new(),
+                ladder,
+            },
+            report: Report {
+                vertices: mesh.positions.len(),
+                triangles: mesh.triangles.len(),
+                samples: sites.len(),
+                invalid: sites.len() - samples.len(),
+                ..Report::default()
+            },
+        }
+    }
+
+    /// Chooses the rungs of grouped instances. Returns the local values that are used.
+    fn choose_in_groups(&self, fitted: &mut [Fitted], locals: Vec<Local>) -> Vec<Local> {
+        let tolerance = self.settings.tolerance.unwrap_or(0.0);
+        let mut used = Vec::new();
+        for (group, local) in self.groups.iter().zip(locals) {
+            let size = (
+                self.signals(),
+                self.scene.meshes[group.mesh].positions.len(),
+            );
+            let members = &group.instances;
+            let ladders: Vec<&Ladder> = members.iter().map(|i| &fitted[*i].choice.ladder).collect();
+            let has_local =
+                self.settings.tolerance.is_none() || ladder::takes_local(&ladders, tolerance, size);
+            for &instance in members {
+                let ladder = fitted[instance].choice.ladder.clone();
+                let allowed = |rung: Rung| rung.has_local() == has_local;
+                if let Some(chosen) = ladder.choose(tolerance, size, allowed) {
+                    self.take(instance, &mut fitted[instance], chosen, Some(&local));
+                }
+            }
+            if has_local {
+                used.push(local);
+            }
+        }
+        used
+    }
+
+    /// Gives an instance the values of a rung.
+    fn take(
+        &self,
+        instance: usize,
+        fitted: &mut Fitted,
+        chosen: &ladder::Measured,
+        local: Option<&Local>,
+    ) {
+        fitted.choice.rung = chosen.rung;
+        fitted.choice.functions = chosen.functions.clone();
+        if chosen.rung == Rung::Vertices {
+            return;
+        }
+        let signals = self.signals();
+        let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
+        let unit = UnitBox::new(&mesh.positions);
+        let local = local.filter(|_| chosen.rung.has_local());
+        let functions = match chosen.functions.is_empty() {
+            true => vec![instances::fit::ONE; signals],
+            false => chosen.functions.clone(),
+        };
+        let mut values = vec![Vec::with_capacity(mesh.positions.len()); signals];
+        for (vertex, position) in mesh.positions.iter().enumerate() {
+            let local = match local {
+                Some(local) => local.of_vertex(vertex),
+                None => vec![1.0; signals],
+            };
+            let shown = ladder::shown(&functions, unit.place(*position), &local);
+            for (values, value) in values.iter_mut().zip(shown) {
+                values.push(unorm8(value));
+            }
+        }
+        fitted.signals.vertices = values;
+    }
+
+    /// Values at vertices from those samples of an instance that `takes` picks by number.
+    fn fit_vertices(
+        &self,
+        shape: &Shape,
+        sites: &[Site],
+        gathers: &[Gather],
+        takes: impl Fn(usize) -> bool + Clone,
+    ) -> (InstanceSignals, Report) {
+        let vertices::Settings { kernels, alpha, .. } = &self.settings.vertices;
+        let all = sites.iter().zip(gathers).enumerate();
+        let samples = all
+            .filter(|(number, (_, gather))| gather.is_valid() && takes(*number))
+            .map(|(_, (site, gather))| vertices::Sample {
+                site,
+                values: &gather.values[..kernels.len()],
+            });
+        let mean = vertices::mean(samples.clone(), kernels.len());
+        let fitted = vertices::fit_instance(shape, sites.len(), samples, kernels.len(), *alpha);
+        let signals = InstanceSignals::new(&self.settings.tone, &fitted, &mean);
+        (signals, fitted.report)
+    }
+
+    /// The valid samples of an instance, and their numbers among its sites.
+    fn ladder_samples(
+        &self,
+        instance: usize,
+        sites: &[Site],
+        gathers: &[Gather],
+    ) -> (Vec<Sample>, Vec<usize>) {
+        let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
+        let unit = UnitBox::new(&mesh.positions);
+        let kernels = self.settings.vertices.kernels.len();
+        let valid = sites.iter().zip(gathers).enumerate();
+        let valid = valid.filter(|(_, (_, gather))| gather.is_valid());
+        let sample = |(k, (number, (site, gather))): (usize, (usize, (&Site, &Gather)))| {
+            let weights = site.weights();
+            let corners = mesh.triangles[site.triangle as usize];
+            let at = (0..3)
+                .map(|c| weights[c] as f32 * mesh.positions[corners[c] as usize])
+                .sum();
+            let sample = Sample {
+                at: unit.place(at),
+                weight: site.area,
+                gold: self.settings.tone.apply(&gather.values[..kernels]),
+                held_out: ladder::is_held_out(k),
+            };
+            (sample, number)
+        };
+        valid.enumerate().map(sample).unzip()
+    }
+
+    /// Signals of a value.
+    fn signals(&self) -> usize {
+        let kernels = self.settings.vertices.kernels.len();
+        self.settings.tone.signals(kernels)
+    }
+}
