@@ -4,7 +4,6 @@ use super::fit::{self, Centres};
 use super::graph::{Link, Region};
 use super::samples::RegionSamples;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// A region that is no more, and the one that has its space.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,7 +45,11 @@ pub fn absorb(
             by: regions[host].name.clone(),
         });
         gone[small] = true;
-        *links = merge(links, small, host);
+        for link in links.iter_mut() {
+            let [a, b] = link.regions.map(|i| if i == small { host } else { i });
+            link.regions = [a.min(b), a.max(b)];
+        }
+        links.retain(|link| link.regions[0] != link.regions[1]);
     }
     remove(regions, samples, links, &gone);
     absorbed
@@ -130,32 +133,4 @@ fn host(
         .collect();
     let best = (0..neighbours.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     best.map_or(small, |best| neighbours[best])
-}
-
-/// The links after `small` became a part of `host`: those to one neighbour are one, of their areas
-/// together and with the centre of the larger.
-fn merge(links: &[Link], small: usize, host: usize) -> Vec<Link> {
-    let mut merged: BTreeMap<[usize; 2], (Link, f32)> = BTreeMap::new();
-    for link in links {
-        let [a, b] = link.regions.map(|i| if i == small { host } else { i });
-        if a == b {
-            continue;
-        }
-        let regions = [a.min(b), a.max(b)];
-        let link = Link {
-            regions,
-            ..link.clone()
-        };
-        let largest = link.area;
-        merged
-            .entry(regions)
-            .and_modify(|(all, most)| {
-                all.area += largest;
-                if largest > *most {
-                    (all.centre, *most) = (link.centre, largest);
-                }
-            })
-            .or_insert((link, largest));
-    }
-    merged.into_values().map(|(link, _)| link).collect()
 }

@@ -3,10 +3,11 @@
 //! Greedy: the largest cube of cells that no box covers yet is grown on its six sides, while what is
 //! added is free and half of it new. Boxes may overlap, and hold some cells that are not free: the
 //! samples of a region tell them apart. No wall that reads as one cuts a box: where more than half of the
-//! passages across a plane of the layer are closed, it is not added.
+//! passages across a plane of the layer are closed, it is not added. In the end the faces move to walls
+//! that are near.
 
 use super::space::Space;
-use crate::trace::Aabb;
+use crate::trace::{Aabb, Tracer};
 use glam::UVec3;
 
 /// Share of a layer that must be free to be added.
@@ -24,8 +25,9 @@ pub struct Cover {
     pub share: f64,
 }
 
-/// At most `most` boxes, none of which adds fewer than `least` cells. `passages` are those of the space.
-pub fn cover(space: &Space, passages: &[[bool; 3]], most: usize, least: usize) -> Cover {
+/// At most `most` boxes, none of which adds fewer than `least` cells.
+pub fn cover(space: &Space, tracer: &Tracer, most: usize, least: usize) -> Cover {
+    let passages = &space.passages(tracer);
     let mut grid = Grid {
         space,
         passages,
@@ -45,7 +47,7 @@ pub fn cover(space: &Space, passages: &[[bool; 3]], most: usize, least: usize) -
             break;
         }
         left -= new;
-        boxes.push(space.bounds_of(low, high));
+        boxes.push(space.fitted_bounds_of(tracer, low, high));
     }
     Cover {
         boxes,

@@ -1,6 +1,6 @@
 //! Regions from a JSON file. `docs/regions.md` has its schema.
 
-use super::graph::{Contact, Graph, Link, Region, contact, links, open_link};
+use super::graph::{Graph, Link, Region, boundaries, links, open_links, reach};
 use super::space::Space;
 use crate::trace::{Aabb, Tracer};
 use crate::{Error, Result};
@@ -31,9 +31,9 @@ struct BoxOfFile {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Given {
     pub regions: Vec<Region>,
-    /// Pairs of regions with what their boxes share; `None` where all that open into each other are
-    /// linked.
-    pub links: Option<Vec<([usize; 2], Contact)>>,
+    /// Pairs of regions, the lower number first, ascending; `None` where all that open into each other
+    /// are linked.
+    pub links: Option<Vec<[usize; 2]>>,
 }
 
 /// Reads the text of a file; `name` is what errors call it.
@@ -98,20 +98,18 @@ pub fn parse(name: &str, text: &str) -> Result<Given> {
         }
         pairs.insert([a.min(b), a.max(b)]);
     }
-    let mut links = Vec::with_capacity(pairs.len());
-    for pair in pairs {
+    for pair in &pairs {
         let [a, b] = pair.map(|i| &regions[i]);
-        let contact = contact(&a.bounds, &b.bounds).ok_or_else(|| {
-            invalid(format!(
+        if boundaries(&a.bounds, &b.bounds).is_empty() {
+            return Err(invalid(format!(
                 "a link joins the regions \"{}\" and \"{}\", whose boxes share no boundary",
                 a.name, b.name
-            ))
-        })?;
-        links.push((pair, contact));
+            )));
+        }
     }
     Ok(Given {
         regions,
-        links: Some(links),
+        links: Some(pairs.into_iter().collect()),
     })
 }
 
@@ -133,18 +131,10 @@ impl Given {
         let regions = self.regions;
         let links = match self.links {
             None => links(tracer, space, &regions),
-            Some(named) => {
-                let link = |(pair, contact): &([usize; 2], Contact)| {
-                    let boxes = pair.map(|i| &regions[i].bounds);
-                    let whole = Link {
-                        regions: *pair,
-                        area: contact.area,
-                        centre: contact.bounds.centre(),
-                    };
-                    open_link(tracer, space, *pair, boxes, contact).unwrap_or(whole)
-                };
-                named.iter().map(link).collect()
-            }
+            Some(pairs) => pairs
+                .iter()
+                .flat_map(|pair| named(tracer, space, &regions, *pair))
+                .collect(),
         };
         Ok(Graph { regions, links })
     }
@@ -152,5 +142,27 @@ impl Given {
     /// Where the flood begins besides the eyes of cameras: in the middle of the boxes.
     pub fn seeds(&self) -> Vec<Vec3> {
         self.regions.iter().map(|r| r.bounds.centre()).collect()
+    }
+}
+
+/// The links of two regions that were named: of what is open, else of all that they share.
+fn named(tracer: &Tracer, space: &Space, regions: &[Region], pair: [usize; 2]) -> Vec<Link> {
+    let boxes = pair.map(|i| &regions[i].bounds);
+    let boundaries = boundaries(boxes[0], boxes[1]);
+    let open: Vec<Link> = boundaries
+        .iter()
+        .flat_map(|boundary| {
+            let reach = reach(space, boxes, boundary.axis);
+            open_links(tracer, space, pair, boundary, reach)
+        })
+        .collect();
+    let whole = boundaries.iter().map(|boundary| Link {
+        regions: pair,
+        area: boundary.area(),
+        centre: boundary.bounds.centre(),
+    });
+    match open.is_empty() {
+        true => whole.collect(),
+        false => open,
     }
 }

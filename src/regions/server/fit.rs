@@ -48,12 +48,11 @@ impl Layout {
 }
 
 /// Which centres of Eq. 4 are tried.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Centres {
     Box,
     Mass,
     /// The better of the two, as in the paper.
-    #[default]
     Both,
     /// The best that a search finds from the better of the two.
     Search,
@@ -68,7 +67,7 @@ pub struct Fitted {
 
 /// Fits the derivatives that the samples allow, from none to the richest.
 pub fn fit(bounds: Aabb, samples: &RegionSamples, centres: Centres) -> (Layout, Vec<Fitted>) {
-    let middle = bounds.centre();
+    let middle = Model::middle(&bounds);
     let constant = Normal::new(&bounds, middle, Derivatives::None, &samples.samples);
     if samples.samples.is_empty() {
         // Open: nothing is known.

@@ -209,7 +209,8 @@ fn coefficients_are_the_terms_of_the_form() {
     let all = model.coefficients(form(Derivatives::Sided, 2, 2), 2, 0.97);
     assert_eq!(all.len(), 126);
     for (i, value) in all.iter().enumerate() {
-        assert_eq!(*value, model.terms[i / 18][i % 18] as f32);
+        let (term, function, signal) = (i / 18, i % 18 / 2, i % 2);
+        assert_eq!(*value, model.terms[term][signal * COUNT + function] as f32);
     }
     let one = model.coefficients(form(Derivatives::Gradient, 1, 1), 2, 0.25);
     assert_eq!(one.len(), 16);

@@ -3,9 +3,11 @@
 use super::space::Space;
 use crate::trace::{Aabb, Ray, Tracer};
 use glam::Vec3;
+use rayon::prelude::*;
 
-/// Segments across a contact, per side: as many as a region has samples.
-const ACROSS: usize = super::samples::SIDE;
+/// Patches of a boundary per side, and segments across a patch per side.
+const PATCHES: usize = 2;
+const ACROSS: usize = 4;
 /// Boxes count as touching up to this share of their largest coordinate: files write decimals.
 const TOUCH: f32 = 1e-5;
 
@@ -18,14 +20,15 @@ pub struct Region {
     pub bounds: Aabb,
 }
 
-/// A boundary that two regions share.
+/// A patch of a boundary that two regions share. Two regions may have several.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// The lower number first.
     pub regions: [usize; 2],
     /// Square metres of the part that is open.
     pub area: f32,
-    /// The point of that part nearest to its mean, `b` of the paper.
+    /// The point of that part nearest to its mean, `b` of the paper. One point for a whole boundary left
+    /// models apart at its ends.
     pub centre: Vec3,
 }
 
@@ -36,79 +39,114 @@ pub struct Graph {
     pub links: Vec<Link>,
 }
 
-/// What two boxes share: a box that is flat where they only touch.
+/// A rectangle in which one leaves a region's box into another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct Boundary {
+    /// Flat along `axis`.
     pub bounds: Aabb,
-    /// Its thinnest axis, across which one leaves a box for the other.
     pub axis: usize,
-    /// Square metres of its side across that axis.
-    pub area: f32,
 }
 
-/// What two boxes share; `None` where that has no area: they are apart, or meet in an edge.
-pub fn contact(a: &Aabb, b: &Aabb) -> Option<Contact> {
-    let slack = TOUCH * a.reach().max(b.reach());
-    let (min, max) = (a.min.max(b.min), a.max.min(b.max));
-    if !(max - min).cmpge(Vec3::splat(-slack)).all() {
-        return None;
+impl Boundary {
+    /// Square metres.
+    pub fn area(&self) -> f32 {
+        let size = self.bounds.max - self.bounds.min;
+        size[(self.axis + 1) % 3] * size[(self.axis + 2) % 3]
     }
-    let bounds = Aabb {
-        min: min.min(max),
-        max: max.max(min),
-    };
-    let size = bounds.max - bounds.min;
-    let axis = (0..3)
-        .min_by(|&i, &j| size[i].total_cmp(&size[j]))
-        .unwrap_or(0);
-    let area = size[(axis + 1) % 3] * size[(axis + 2) % 3];
-    (area > slack * slack).then_some(Contact { bounds, axis, area })
 }
 
-/// The link over a contact: the part of it that can be crossed. `None` where nothing can pass.
+/// Where a client that takes the smallest box leaves one of two for the other: the faces of the smaller
+/// (of the first, if they are equal) that lie in the larger, which goes on behind them. Empty where the boxes
+/// are apart or meet in an edge.
+pub fn boundaries(a: &Aabb, b: &Aabb) -> Vec<Boundary> {
+    let slack = TOUCH * a.reach().max(b.reach());
+    let volume = |b: &Aabb| (b.max - b.min).element_product();
+    let (small, large) = if volume(a) <= volume(b) {
+        (a, b)
+    } else {
+        (b, a)
+    };
+    let sides = (0..6).filter_map(|side| {
+        let axis = side / 2;
+        let is_low = side % 2 == 0;
+        let face = if is_low { small.min } else { small.max }[axis];
+        let goes_on = match is_low {
+            true => large.min[axis] < face - slack && face <= large.max[axis] + slack,
+            false => large.min[axis] - slack <= face && face + slack < large.max[axis],
+        };
+        let mut bounds = Aabb {
+            min: small.min.max(large.min),
+            max: small.max.min(large.max),
+        };
+        (bounds.min[axis], bounds.max[axis]) = (face, face);
+        let has_area = (1..3).all(|i| {
+            let other = (axis + i) % 3;
+            bounds.max[other] - bounds.min[other] > slack
+        });
+        (goes_on && has_area).then_some(Boundary { bounds, axis })
+    });
+    sides.collect()
+}
+
+/// The links over a boundary: a patch each, of the part that can be crossed.
 ///
-/// Segments cross the contact from the first layer of samples on one side to that on the other, or half
-/// a cell of the space if that is more; those that meet a surface are closed, and so are those that
-/// lie outside the space.
-pub fn open_link(
+/// Segments cross it from `reach` metres before it to as far behind; those that meet a surface are closed,
+/// and so are those that lie outside the space.
+pub fn open_links(
     tracer: &Tracer,
     space: &Space,
     regions: [usize; 2],
-    boxes: [&Aabb; 2],
-    contact: &Contact,
-) -> Option<Link> {
-    let Contact { bounds, axis, area } = *contact;
-    let thinnest = (boxes[0].max - boxes[0].min)[axis].min((boxes[1].max - boxes[1].min)[axis]);
-    let reach = (thinnest / (2 * ACROSS) as f32)
-        .max(0.5 * space.cell())
-        .min(0.5 * thinnest);
+    boundary: &Boundary,
+    reach: f32,
+) -> Vec<Link> {
     let mut step = Vec3::ZERO;
-    step[axis] = reach;
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let size = bounds.max - bounds.min;
-    let mut open = Vec::new();
-    for i in 0..ACROSS * ACROSS {
-        let mut point = bounds.centre();
-        point[u] = bounds.min[u] + ((i % ACROSS) as f32 + 0.5) / ACROSS as f32 * size[u];
-        point[v] = bounds.min[v] + ((i / ACROSS) as f32 + 0.5) / ACROSS as f32 * size[v];
-        let (from, to) = (point - step, point + step);
-        let crosses = !tracer.occluded(&segment(from, to)) && !tracer.occluded(&segment(to, from));
-        if crosses && (space.sees(tracer, from) || space.sees(tracer, to)) {
-            open.push(point);
-        }
-    }
-    let mean = open.iter().sum::<Vec3>() / open.len().max(1) as f32;
-    let nearest = |a: &&Vec3, b: &&Vec3| {
-        let distance = |p: &Vec3| p.distance_squared(mean);
-        distance(a).total_cmp(&distance(b))
+    step[boundary.axis] = reach;
+    let crosses = |point: &Vec3| {
+        let (from, to) = (*point - step, *point + step);
+        !tracer.occluded(&segment(from, to))
+            && !tracer.occluded(&segment(to, from))
+            && (space.sees(tracer, from) || space.sees(tracer, to))
     };
-    let centre = *open.iter().min_by(nearest)?;
-    let area = area * open.len() as f32 / (ACROSS * ACROSS) as f32;
-    Some(Link {
-        regions,
-        area,
-        centre,
-    })
+    let link = |patch: Vec<Vec3>| {
+        let open: Vec<Vec3> = patch.into_iter().filter(crosses).collect();
+        let mean = open.iter().sum::<Vec3>() / open.len().max(1) as f32;
+        let distance = |p: &Vec3| p.distance_squared(mean);
+        let nearest = open
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let cells = (PATCHES * ACROSS).pow(2);
+        nearest.map(|&centre| Link {
+            regions,
+            area: boundary.area() * open.len() as f32 / cells as f32,
+            centre,
+        })
+    };
+    let (u, v) = ((boundary.axis + 1) % 3, (boundary.axis + 2) % 3);
+    let size = boundary.bounds.max - boundary.bounds.min;
+    let patches = (0..PATCHES * PATCHES).map(|patch| {
+        let point = |i: usize| {
+            let mut point = boundary.bounds.min;
+            let at = |patch: usize, i: usize| {
+                ((patch * ACROSS + i) as f32 + 0.5) / (PATCHES * ACROSS) as f32
+            };
+            point[u] += at(patch % PATCHES, i % ACROSS) * size[u];
+            point[v] += at(patch / PATCHES, i / ACROSS) * size[v];
+            point
+        };
+        (0..ACROSS * ACROSS).map(point).collect()
+    });
+    patches.filter_map(link).collect()
+}
+
+/// How far segments across a boundary of two boxes reach: to the first layer of samples, or half a cell
+/// of the space if that is more.
+pub fn reach(space: &Space, boxes: [&Aabb; 2], axis: usize) -> f32 {
+    let thinnest = boxes
+        .map(|b| (b.max - b.min)[axis])
+        .into_iter()
+        .fold(f32::INFINITY, f32::min);
+    let layer = thinnest / (2 * super::samples::SIDE) as f32;
+    layer.max(0.5 * space.cell()).min(0.5 * thinnest)
 }
 
 /// The ray that ends at `to` where `t` is 1.
@@ -120,16 +158,18 @@ pub(super) fn segment(from: Vec3, to: Vec3) -> Ray {
     }
 }
 
-/// All links between boxes that touch or overlap, in ascending order.
+/// All links between boxes that touch or overlap, by the numbers of their regions.
 pub fn links(tracer: &Tracer, space: &Space, regions: &[Region]) -> Vec<Link> {
-    use rayon::prelude::*;
     (0..regions.len())
         .into_par_iter()
         .flat_map_iter(|i| {
-            (i + 1..regions.len()).filter_map(move |j| {
+            (i + 1..regions.len()).flat_map(move |j| {
                 let boxes = [&regions[i].bounds, &regions[j].bounds];
-                let contact = contact(boxes[0], boxes[1])?;
-                open_link(tracer, space, [i, j], boxes, &contact)
+                let boundaries = boundaries(boxes[0], boxes[1]);
+                boundaries.into_iter().flat_map(move |boundary| {
+                    let reach = reach(space, boxes, boundary.axis);
+                    open_links(tracer, space, [i, j], &boundary, reach)
+                })
             })
         })
         .collect()

@@ -3,6 +3,7 @@
 //! 1. [`space`]: where objects can be; [`cover`]: boxes of it. Or boxes and links of a [`file`](mod@file).
 //!    [`graph`]: which regions open into each other, and by how much.
 //! 2. [`samples`]: obscurance for any normal at 8x8x8 points of each box, and test points.
+//!    Regions that were found and that no model fits are divided ([`split`]).
 //! 3. [`absorb`](mod@absorb): very small regions become part of a neighbour.
 //! 4. [`ladder`]: every form of the [`model`] that the samples of a region allow ([`fit`](mod@fit)), with
 //!    its error on the test points.
@@ -23,6 +24,7 @@ pub mod model;
 pub mod regularise;
 pub mod samples;
 pub mod space;
+pub mod split;
 
 #[cfg(test)]
 mod fit_tests;
@@ -62,6 +64,9 @@ pub struct Settings {
     pub regions: usize,
     /// Cells that a region must add to those before it.
     pub least_cells: usize,
+    /// Error of the blend above which a region that was found is divided, and how often it may be.
+    pub tolerance: f64,
+    pub divisions: usize,
     /// Regions smaller than so many cubic metres are absorbed, in scenes of a size of 4 to 40 m.
     pub small: f64,
     pub centres: Centres,
@@ -79,10 +84,12 @@ impl Default for Settings {
             cells: 1 << 17,
             regions: 256,
             least_cells: 8,
+            tolerance: 0.05,
+            divisions: 2,
             small: 1.0,
-            centres: Centres::default(),
+            centres: Centres::Search,
             regularise: regularise::Settings {
-                beta: 1.0,
+                beta: 0.3,
                 sweeps: 32,
             },
         }
@@ -150,8 +157,7 @@ pub fn plan(
             covered: None,
         });
     }
-    let passages = space.passages(tracer);
-    let cover = cover::cover(&space, &passages, settings.regions, settings.least_cells);
+    let cover = cover::cover(&space, tracer, settings.regions, settings.least_cells);
     if cover.boxes.is_empty() {
         return Err(Error::Invalid(format!(
             "scene {} has no free space about its cameras to find regions in; give regions",
@@ -198,15 +204,26 @@ pub fn bake(
     seconds.plan = begin.elapsed().as_secs_f64();
 
     let begin = Instant::now();
-    let mut regions = plan.graph.regions.clone();
-    let mut samples = regions
+    let divisions = if is_given { 0 } else { settings.divisions };
+    let sampled = plan
+        .graph
+        .regions
         .par_iter()
-        .map(|region| sample(&obscurance, tracer, &plan.space, region.bounds))
+        .map(|region| {
+            let region = region.clone();
+            let space = &plan.space;
+            split::sample_and_split(&obscurance, tracer, space, region, settings, divisions)
+        })
         .collect::<Result<Vec<_>>>()?;
+    let (mut regions, mut samples): (Vec<Region>, Vec<RegionSamples>) =
+        sampled.into_iter().flatten().unzip();
+    let mut links = match regions.len() == plan.graph.regions.len() {
+        true => plan.graph.links.clone(),
+        false => graph::links(tracer, &plan.space, &regions),
+    };
     seconds.trace = begin.elapsed().as_secs_f64();
 
     let begin = Instant::now();
-    let mut links = plan.graph.links.clone();
     let mut bake = Bake::default();
     if !is_given {
         bake.empty = absorb::drop_empty(&mut regions, &mut samples, &mut links);
@@ -217,7 +234,7 @@ pub fn bake(
         &mut samples,
         &mut links,
         volume,
-        settings.centres,
+        Centres::Both,
     );
     seconds.absorb = begin.elapsed().as_secs_f64();
 
@@ -260,6 +277,7 @@ pub fn bake(
 fn check(settings: &Settings) -> Result<()> {
     settings.blend.check()?;
     for (name, number) in [
+        ("tolerance of regions", settings.tolerance),
         ("size of small regions", settings.small),
         ("weight of the boundaries", settings.regularise.beta),
     ] {

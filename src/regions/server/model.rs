@@ -89,6 +89,11 @@ impl Model {
         }))
     }
 
+    /// The middle of a box, rounded as in the format.
+    pub fn middle(bounds: &Aabb) -> Vec3 {
+        0.5 * bounds.min + 0.5 * bounds.max
+    }
+
     pub fn features(&self, p: Vec3) -> [f64; MAX] {
         let u = Model::offset(&self.bounds, self.centre, p);
         self.derivatives.features(u)
@@ -106,15 +111,15 @@ impl Model {
         channels
     }
 
-    /// The coefficients of a form, term by term, in each signal by signal, in each function by
-    /// function. One signal of two is their blend with that share of the second.
+    /// The coefficients of a form in the order of the format: term by term, in each function by function, in
+    /// each signal by signal. One signal of two is their blend with that share of the second.
     ///
     /// Terms that the model lacks are 0.
     pub fn coefficients(&self, form: Form, kernels: usize, share: f64) -> Vec<f32> {
         let mut all = Vec::with_capacity(form.coefficients());
         for term in 0..form.derivatives.terms() {
-            for signal in 0..form.signals {
-                for i in 0..basis::count(form.degree) {
+            for i in 0..basis::count(form.degree) {
+                for signal in 0..form.signals {
                     let channels = self.terms.get(term).unwrap_or(&[0.0; MAX_SIGNALS * COUNT]);
                     let value = match (form.signals, kernels) {
                         (1, 2) => blend(channels[i], channels[COUNT + i], share),

@@ -1,21 +1,30 @@
 //! The space that objects can be in: a grid of cells, flooded from where cameras stand.
 //!
-//! A cell is reached if it has a point that a reached neighbour's point sees. Sight decides, not
+//! A cell is reached if it has a free point that a reached neighbour's point sees. Sight decides, not
 //! whether a cell holds geometry: walls thinner than a cell keep two rooms apart, and doors of a cell's
-//! width let through. Cells with nothing below them are left out where a camera has a floor: the
-//! void about a building is no place for objects.
+//! width let through. A point is free unless the rays along the axes tell that it lies inside
+//! geometry. It must also have a floor, for the void about a building is no place for objects; where
+//! twice as much is reached so, a roof and three walls will do (there are rooms whose floor is missing); and
+//! where nothing is, anything.
+//!
+//! A scene without cameras is flooded from everywhere. Of the parts that hang together, that of the camera
+//! that frames the scene is kept, or the largest, if it has more than eight times as much; cells under a
+//! roof count four times, so that a building is its rooms and not what is on top of them.
 
 use super::graph::segment;
 use crate::scene::{Pose, Scene};
 use crate::trace::{Aabb, Ray, Tracer};
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
-use std::collections::VecDeque;
 
 /// Metres above the highest surface, for scenes of a size of 4 to 40 m.
 const HEADROOM: f32 = 2.0;
 /// Points of a cell that are tried, in cells from its middle: the middle, then the corners of a cube.
 const TRIES: usize = 9;
+/// What a cell with something above it counts, in a scene without cameras.
+const COVERED: usize = 4;
+/// How many times as large as the framing camera's part another must be to be taken there.
+const SMALLEST: usize = 8;
 /// Most cells along an axis.
 const MAX_SIDE: f32 = 1024.0;
 
@@ -30,8 +39,8 @@ pub struct Space {
 }
 
 impl Space {
-    /// Floods about `cells` cells from the eyes of all cameras (from the one that frames the scene, if there
-    /// is none) and from `seeds`. Empty where nothing is free about them, or the scene is.
+    /// Floods about `cells` cells from the eyes of all cameras and from `seeds`; from everywhere, if there
+    /// are none of either. Empty where nothing is free about them, or the scene is.
     pub fn flood(
         scene: &Scene,
         pose: &Pose,
@@ -50,61 +59,107 @@ impl Space {
             return Space::default();
         }
         let dims = (size / cell).ceil().as_uvec3().max(UVec3::ONE);
-        let mut space = Space {
+        let space = Space {
             // The grid stands in the middle of the box.
             origin: bounds.centre() - 0.5 * cell * dims.as_vec3(),
             dims,
             cell,
             points: vec![None; dims.element_product() as usize],
         };
-        let mut eyes: Vec<Vec3> = pose.cameras.iter().map(|camera| camera.eye()).collect();
-        if eyes.is_empty() {
-            eyes.push(scene.framing_camera(pose).eye());
-        }
-        // Eyes outside look in at the nearest point of the box.
-        let inset = 1e-3 * cell;
-        let entries = eyes.iter().filter_map(|&eye| {
+        let eyes = pose.cameras.iter().filter_map(|camera| {
+            // Eyes outside look in at the nearest point of the box.
+            let (eye, inset) = (camera.eye(), 1e-3 * cell);
             let inside = eye.clamp(bounds.min + inset, bounds.max - inset);
             let sees = inside == eye || !tracer.occluded(&segment(eye, inside));
             sees.then_some(inside)
         });
-        let starts: Vec<Vec3> = entries.chain(seeds.iter().copied()).collect();
-        let floors = starts.iter().any(|p| has_floor(tracer, *p));
-        space.spread(tracer, &starts, floors);
-        space
+        let starts: Vec<Vec3> = eyes.chain(seeds.iter().copied()).collect();
+        let fill = |place: Place| {
+            let probe = Probe {
+                scene,
+                tracer,
+                place,
+            };
+            let mut space = space.clone();
+            if starts.is_empty() {
+                space.flood_all(&probe, scene.framing_camera(pose).eye());
+            } else {
+                starts.iter().for_each(|start| {
+                    space.spread(&probe, *start);
+                });
+            }
+            (space.reached(), space)
+        };
+        let (floors, rooms) = (fill(Place::Floor), fill(Place::Room));
+        let better = if rooms.0 > 2 * floors.0 {
+            rooms
+        } else {
+            floors
+        };
+        match better.0 {
+            0 => fill(Place::Anywhere).1,
+            _ => better.1,
+        }
     }
 
-    fn spread(&mut self, tracer: &Tracer, starts: &[Vec3], floors: bool) {
-        let mut queue = VecDeque::new();
-        for &start in starts {
-            let Some(index) = self.index_at(start) else {
-                continue;
-            };
-            if self.points[index].is_none() && (!floors || has_floor(tracer, start)) {
-                self.points[index] = Some(start);
-                queue.push_back(index);
+    /// Floods from all cells, and keeps one part.
+    fn flood_all(&mut self, probe: &Probe, eye: Vec3) {
+        let mut parts = vec![self.spread(probe, eye)];
+        for start in 0..self.points.len() {
+            if self.points[start].is_none() {
+                parts.push(self.spread(probe, self.middle(start)));
             }
         }
-        while let Some(index) = queue.pop_front() {
+        let is_covered = |i: &&usize| {
+            let point = self.points[**i];
+            point.is_some_and(|p| probe.tracer.occluded(&ray(p, Vec3::Y)))
+        };
+        let size = |part: &Vec<usize>| {
+            part.len() + (COVERED - 1) * part.par_iter().filter(is_covered).count()
+        };
+        let sizes: Vec<usize> = parts.iter().map(size).collect();
+        // The first of equals: the eye's.
+        let largest = (0..sizes.len()).rev().max_by_key(|i| sizes[*i]);
+        let largest = largest.unwrap_or(0);
+        let kept = match sizes[0] * SMALLEST >= sizes[largest] {
+            true => 0,
+            false => largest,
+        };
+        for (_, part) in parts.iter().enumerate().filter(|(i, _)| *i != kept) {
+            part.iter().for_each(|i| self.points[*i] = None);
+        }
+    }
+
+    /// Floods from a point, and gives the cells that were reached.
+    fn spread(&mut self, probe: &Probe, start: Vec3) -> Vec<usize> {
+        let mut reached = Vec::new();
+        let first = self.index_at(start);
+        let first = first.filter(|i| self.points[*i].is_none() && probe.is_free(start));
+        if let Some(first) = first {
+            self.points[first] = Some(start);
+            reached.push(first);
+        }
+        let mut next = 0;
+        while let Some(&index) = reached.get(next) {
+            next += 1;
             let Some(from) = self.points[index] else {
                 continue;
             };
-            for next in self.neighbours(index) {
-                if self.points[next].is_some() {
+            for neighbour in self.neighbours(index) {
+                if self.points[neighbour].is_some() {
                     continue;
                 }
-                let middle = self.middle(next);
+                let middle = self.middle(neighbour);
                 let found = (0..TRIES)
                     .map(|i| middle + self.cell * offset(i))
-                    .find(|&to| {
-                        !tracer.occluded(&segment(from, to)) && (!floors || has_floor(tracer, to))
-                    });
+                    .find(|&to| !probe.tracer.occluded(&segment(from, to)) && probe.is_free(to));
                 if found.is_some() {
-                    self.points[next] = found;
-                    queue.push_back(next);
+                    self.points[neighbour] = found;
+                    reached.push(neighbour);
                 }
             }
         }
+        reached
     }
 
     /// Edge of a cell in metres.
@@ -132,6 +187,52 @@ impl Space {
             min: self.origin + self.cell * low.as_vec3(),
             max: self.origin + self.cell * (high + 1).as_vec3(),
         }
+    }
+
+    /// The box of the cells from `low` to `high`, both included, its faces moved to the walls where there
+    /// are some: a face with a surface before every cell, at most a cell beyond it, goes to the farthest.
+    pub fn fitted_bounds_of(&self, tracer: &Tracer, low: UVec3, high: UVec3) -> Aabb {
+        let grid = self.bounds_of(low, high);
+        let mut bounds = grid;
+        for side in 0..6 {
+            let axis = side / 2;
+            let (mut first, mut last) = (low, high);
+            let mut direction = Vec3::ZERO;
+            direction[axis] = [-1.0, 1.0][side % 2];
+            let face = match side % 2 {
+                0 => {
+                    last[axis] = low[axis];
+                    grid.min[axis]
+                }
+                _ => {
+                    first[axis] = high[axis];
+                    grid.max[axis]
+                }
+            };
+            let farthest = (first.z..=last.z)
+                .flat_map(|z| (first.y..=last.y).map(move |y| (y, z)))
+                .flat_map(|(y, z)| (first.x..=last.x).map(move |x| UVec3::new(x, y, z)))
+                .filter_map(|at| self.point(at))
+                .map(|origin| {
+                    let to_face = (face - origin[axis]) * direction[axis];
+                    let ray = Ray {
+                        origin,
+                        direction,
+                        t_max: to_face + self.cell,
+                    };
+                    tracer
+                        .closest(&ray)
+                        .map_or(f32::INFINITY, |hit| hit.t - to_face)
+                })
+                .reduce(f32::max);
+            if let Some(beyond) = farthest.filter(|beyond| beyond.is_finite()) {
+                match side % 2 {
+                    0 => bounds.min[axis] -= beyond,
+                    _ => bounds.max[axis] += beyond,
+                }
+            }
+        }
+        bounds
     }
 
     /// Per cell and axis: whether its point and that of the next cell see each other.
@@ -195,6 +296,12 @@ impl Space {
             (low.y..=high.y)
                 .any(|y| (low.x..=high.x).any(|x| self.point(UVec3::new(x, y, z)).is_some()))
         })
+    }
+
+    /// The cells that were reached, by their boxes.
+    pub fn cells(&self) -> impl Iterator<Item = Aabb> {
+        let reached = (0..self.points.len()).filter(|i| self.points[*i].is_some());
+        reached.map(|i| self.bounds_of(self.place(i), self.place(i)))
     }
 
     pub(super) fn index(&self, at: UVec3) -> usize {
@@ -263,10 +370,63 @@ fn offset(i: usize) -> Vec3 {
     }
 }
 
-fn has_floor(tracer: &Tracer, p: Vec3) -> bool {
-    tracer.occluded(&Ray {
-        origin: p,
-        direction: Vec3::NEG_Y,
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray {
+        origin,
+        direction,
         t_max: f32::INFINITY,
-    })
+    }
+}
+
+/// What must be about a point.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Anywhere,
+    Floor,
+    /// A floor, or a roof and walls on three sides.
+    Room,
+}
+
+struct Probe<'t, 's> {
+    scene: &'s Scene,
+    tracer: &'t Tracer<'s>,
+    place: Place,
+}
+
+impl Probe<'_, '_> {
+    /// Whether a point lies outside geometry, as far as rays along the axes tell: at most one in four
+    /// of them meets the back of something, and not the one down. And whether it is in its place.
+    fn is_free(&self, p: Vec3) -> bool {
+        let (mut backs, mut walls) = (0, 0);
+        let (mut floor, mut roof) = (false, false);
+        for (axis, sign) in [
+            (1, -1.0),
+            (1, 1.0),
+            (0, -1.0),
+            (0, 1.0),
+            (2, -1.0),
+            (2, 1.0),
+        ] {
+            let mut direction = Vec3::ZERO;
+            direction[axis] = sign;
+            let hit = self.tracer.closest(&ray(p, direction));
+            let back = hit.is_some_and(|hit| {
+                let (instance, triangle) = (hit.instance as usize, hit.triangle as usize);
+                hit.back && !self.scene.is_double_sided(instance, triangle)
+            });
+            backs += u32::from(back);
+            match (axis, sign < 0.0) {
+                (1, true) if back => return false,
+                (1, true) => floor = hit.is_some(),
+                (1, false) => roof = hit.is_some(),
+                _ => walls += u32::from(hit.is_some()),
+            }
+        }
+        let is_in_place = match self.place {
+            Place::Anywhere => true,
+            Place::Floor => floor,
+            Place::Room => floor || roof && walls >= 3,
+        };
+        is_in_place && 4 * backs <= 6
+    }
 }

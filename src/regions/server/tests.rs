@@ -231,20 +231,35 @@ fn links_have_the_area_that_is_open() {
             assert!(links.is_empty());
             continue;
         }
-        assert!((links[0].area - area).abs() < 0.1, "{}", links[0].area);
-        let off = links[0].centre - Vec3::new(4.0, 1.5, 2.0);
-        assert!(off.abs().max_element() < 0.3, "{off}");
+        let sum: f32 = links.iter().map(|link| link.area).sum();
+        assert!((sum - area).abs() < 0.1, "{sum}");
+        for link in &links {
+            assert!(link.regions == [0, 1] && link.centre.x == 4.0);
+            assert!((1.5..2.5).contains(&link.centre.z), "{link:?}");
+        }
     }
-    assert_eq!(
-        graph::contact(&boxes[0], &boxes[1])
-            .expect("they touch")
-            .area,
-        12.0
-    );
-    let edge = aabb([4.0, 3.0, 0.0], [8.0, 6.0, 4.0]);
-    assert_eq!(graph::contact(&boxes[0], &edge), None);
-    let apart = aabb([4.5, 0.0, 0.0], [8.0, 3.0, 4.0]);
-    assert_eq!(graph::contact(&boxes[0], &apart), None);
+}
+
+#[test]
+fn boundaries_are_where_the_smaller_box_ends() {
+    let large = aabb([0.0, 0.0, 0.0], [4.0, 3.0, 4.0]);
+    let areas = |b: Aabb| -> Vec<(usize, f32)> {
+        let both = graph::boundaries(&large, &b);
+        let other = graph::boundaries(&b, &large);
+        assert_eq!(both, other);
+        both.iter().map(|b| (b.axis, b.area())).collect()
+    };
+    // Beside it, of a door's size.
+    assert_eq!(areas(aabb([4.0, 0.0, 1.0], [5.0, 2.0, 2.0])), [(0, 2.0)]);
+    // Half in it, and with it on the floor.
+    let overlaps = areas(aabb([3.5, 0.0, 1.0], [4.5, 2.0, 2.0]));
+    assert_eq!(overlaps, [(0, 2.0), (1, 0.5), (2, 1.0), (2, 1.0)]);
+    // Within it.
+    let within = areas(aabb([1.0, 1.0, 1.0], [2.0, 2.0, 2.0]));
+    assert_eq!(within.len(), 6);
+    // An edge, and apart.
+    assert!(areas(aabb([4.0, 3.0, 0.0], [5.0, 4.0, 4.0])).is_empty());
+    assert!(areas(aabb([4.5, 0.0, 0.0], [5.0, 3.0, 4.0])).is_empty());
 }
 
 #[test]
@@ -367,7 +382,7 @@ fn files_of_regions_say_what_is_wrong_with_them() {
     );
     let links = parsed.links.as_ref().expect("links are named");
     assert_eq!(links.len(), 1);
-    assert_eq!(links[0].0, [0, 1]);
+    assert_eq!(links[0], [0, 1]);
     for (from, to, says) in [
         ("regions", "rooms", "unknown field `rooms`"),
         ("\"max\": [4, 3, 4]", "\"max\": [4, 3]", "invalid length 2"),
@@ -406,4 +421,84 @@ fn files_of_regions_say_what_is_wrong_with_them() {
     let error = plan(&scene, &pose, &tracer, Some(away), &settings(4)).map(|_| ());
     let error = error.expect_err("nothing is there").to_string();
     assert_eq!(error, "region \"1\" overlaps no free space of the scene");
+}
+
+/// A grid is seldom in line with the walls.
+#[test]
+fn boxes_end_at_the_walls() {
+    let walls = aabb([0.07, 0.0, 0.0], [6.31, 2.9, 8.05]);
+    let (scene, mut pose) = scene(vec![room(walls)]);
+    pose.cameras = vec![eye(walls.centre())];
+    let tracer = Tracer::new(&scene, &pose);
+    let plan = plan(&scene, &pose, &tracer, None, &settings(4)).expect("free space");
+    assert_eq!(plan.graph.regions.len(), 1);
+    let Aabb { min, max } = plan.graph.regions[0].bounds;
+    assert!(min.distance(walls.min) < 1e-4 && max.distance(walls.max) < 1e-4);
+}
+
+#[test]
+fn scenes_without_cameras_keep_one_space() {
+    let small = room(aabb([10.0, 0.0, 0.0], [11.0, 2.0, 2.0]));
+    let large = room(aabb([0.0, 0.0, 0.0], [8.0, 3.0, 4.0]));
+    let (scene, pose) = scene(vec![small, large]);
+    let tracer = Tracer::new(&scene, &pose);
+    let space = Space::flood(&scene, &pose, &tracer, &[], 4096);
+    assert!(space.sees(&tracer, Vec3::new(1.0, 1.0, 1.0)));
+    assert!(!space.sees(&tracer, Vec3::new(10.5, 1.0, 1.0)));
+    // Nothing below it, and above ceilings whose back it sees.
+    assert!(!space.sees(&tracer, Vec3::new(9.0, 1.0, 1.0)));
+    assert!(!space.sees(&tracer, Vec3::new(1.0, 3.5, 1.0)));
+}
+
+#[test]
+fn regions_that_no_model_fits_are_divided() {
+    // A low part and a high part behind it.
+    let low = cuboid(Vec3::new(4.0, 0.5, 0.0), Vec3::new(8.0, 3.0, 4.0));
+    let bounds = aabb([0.0, 0.0, 0.0], [8.0, 3.0, 4.0]);
+    let (scene, mut pose) = scene(vec![room(bounds), low]);
+    pose.cameras = vec![eye(Vec3::new(2.1, 1.5, 2.1))];
+    let tracer = Tracer::new(&scene, &pose);
+    let mut settings = settings(64);
+    // In a closed room 300 m is dark everywhere.
+    settings.kernels = [1.0, 3.0]
+        .map(|half_distance| Kernel::Exponential { half_distance })
+        .to_vec();
+    let obscurance =
+        Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays).expect("sound");
+    let space = Space::flood(&scene, &pose, &tracer, &[], settings.cells);
+    let mut divide = |tolerance, depth| {
+        settings.tolerance = tolerance;
+        let name = "r".to_string();
+        let region = Region { name, bounds };
+        split::sample_and_split(&obscurance, &tracer, &space, region, &settings, depth)
+            .expect("two kernels")
+    };
+    assert_eq!(divide(1.0, 2).len(), 1);
+    assert_eq!(divide(0.0, 0).len(), 1);
+    let parts = divide(0.01, 1);
+    assert_eq!(parts.len(), 2);
+    // Between the two parts, which is the middle.
+    assert_eq!(parts[0].0.bounds.max.x, 4.0);
+    assert_eq!((&parts[0].0.name[..], &parts[1].0.name[..]), ("r.0", "r.1"));
+    assert_eq!(
+        parts[0].1,
+        sample(&obscurance, &tracer, &space, parts[0].0.bounds).expect("sound")
+    );
+}
+
+/// The floor of a room may lie in another file.
+#[test]
+fn rooms_without_a_floor_are_space() {
+    let mut open = room(aabb([0.0, 0.0, 0.0], [8.0, 3.0, 4.0]));
+    let is_floor = |t: &[u32; 3]| t.iter().all(|v| open.positions[*v as usize].y == 0.0);
+    let keep: Vec<bool> = open.triangles.iter().map(|t| !is_floor(t)).collect();
+    let mut kept = keep.iter();
+    open.triangles.retain(|_| kept.next() == Some(&true));
+    let mut kept = keep.iter();
+    open.materials.retain(|_| kept.next() == Some(&true));
+    let (scene, pose) = scene(vec![open]);
+    let tracer = Tracer::new(&scene, &pose);
+    let space = Space::flood(&scene, &pose, &tracer, &[], 4096);
+    assert!(space.sees(&tracer, Vec3::new(1.0, 1.0, 1.0)));
+    assert!(!space.sees(&tracer, Vec3::new(1.0, 4.0, 1.0)));
 }
