@@ -30,6 +30,7 @@ pub const FRAME: &str = "--frame";
 pub const FRAMES: &str = "--frames";
 
 pub const METHOD_POINTS: &str = "--method points";
+pub const METHOD_VERTICES: &str = "--method vertices";
 pub const RTAO: &str = "--method rtao";
 pub const NONE: &str = "--method none";
 pub const PATH: &str = "--method path";
@@ -249,7 +250,7 @@ const CHART: &[Effect] = &[
 
 const RENDER: &[Effect] = &[
     Effect {
-        needs: &[METHOD_POINTS, METHOD_PROBES, DDGI],
+        needs: &[METHOD_POINTS, METHOD_VERTICES, METHOD_PROBES, DDGI],
         options: LIMITS,
     },
     Effect {
@@ -269,7 +270,7 @@ const RENDER: &[Effect] = &[
         ],
     },
     Effect {
-        needs: &[METHOD_POINTS, METHOD_PROBES, DDGI],
+        needs: &[METHOD_POINTS, METHOD_VERTICES, METHOD_PROBES, DDGI],
         options: &["stream", "server_fps", "latency_ms"],
     },
     Effect {
@@ -289,11 +290,18 @@ const RENDER: &[Effect] = &[
         options: &["distance", "rays"],
     },
     Effect {
-        needs: &[METHOD_POINTS, RTAO, NONE],
+        needs: &[METHOD_POINTS, METHOD_VERTICES, RTAO, NONE],
         options: &["ao_only"],
     },
     Effect {
-        needs: &[METHOD_POINTS, RTAO, NONE, METHOD_PROBES, DDGI],
+        needs: &[
+            METHOD_POINTS,
+            METHOD_VERTICES,
+            RTAO,
+            NONE,
+            METHOD_PROBES,
+            DDGI,
+        ],
         options: &["backend"],
     },
     Effect {

@@ -15,6 +15,7 @@ use crate::points::client::PointsView;
 use crate::points::server::Options;
 use crate::render::gbuffer::Lookup;
 use crate::render::light::Interpolation;
+use crate::render::obscurance::{Baked, BakedAo};
 use crate::render::{Backend, Picture, Renderer, composite};
 use crate::scene::{CameraPose, Pose, Scene};
 use crate::trace::Tracer;
@@ -84,6 +85,9 @@ pub struct Args {
 pub enum Method {
     /// Ambient occlusion out of the stream.
     Points,
+    /// Baked obscurance out of the stream: at vertices, of instances, and in regions.
+    #[value(alias = "instances", alias = "regions")]
+    Vertices,
     /// Ray-traced per pixel: the reference.
     Rtao,
     /// AO = 1.
@@ -212,6 +216,21 @@ fn drawn(
             );
             (frame, points.ao)
         }
+        (Method::Vertices, Some(stream_frame)) => {
+            let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
+            let baked = Baked::new(&stream_frame.client, scene, pose)?;
+            let BakedAo { ao, counts } = renderer.baked_ao(&frame.gbuffer, &baked)?;
+            let all = counts.vertices + counts.instances + counts.regions + counts.none;
+            let share = |count: u64| 100.0 * count as f64 / all.max(1) as f64;
+            note = format!(
+                "; fragments lit at vertices {:.1} %, by instance {:.1} %, by region {:.1} %, not baked {:.1} %",
+                share(counts.vertices),
+                share(counts.instances),
+                share(counts.regions),
+                share(counts.none)
+            );
+            (frame, ao)
+        }
         (Method::Rtao, _) => {
             let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
             let tracer = Tracer::new(scene, pose);
@@ -222,7 +241,7 @@ fn drawn(
             (frame, mean_of_halves(&a, &b))
         }
         (Method::None | Method::Path | Method::Direct, _)
-        | (Method::Points | Method::Probes | Method::Ddgi, None) => {
+        | (Method::Points | Method::Vertices | Method::Probes | Method::Ddgi, None) => {
             let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
             let open = vec![1.0; frame.gbuffer.fragments.len()];
             (frame, open)
@@ -263,13 +282,26 @@ impl Args {
 
 impl Method {
     fn needs_stream(self) -> bool {
-        matches!(self, Method::Points | Method::Probes | Method::Ddgi)
+        !matches!(
+            self,
+            Method::Rtao | Method::None | Method::Path | Method::Direct
+        )
+    }
+
+    /// What of a stream it shows.
+    fn model(self) -> &'static str {
+        match self {
+            Method::Points => "points",
+            Method::Vertices => "baked obscurance",
+            _ => "probes",
+        }
     }
 
     /// As the user types it.
     fn choice(self) -> &'static str {
         match self {
             Method::Points => effects::METHOD_POINTS,
+            Method::Vertices => effects::METHOD_VERTICES,
             Method::Rtao => effects::RTAO,
             Method::None => effects::NONE,
             Method::Path => effects::PATH,

@@ -12,6 +12,7 @@ pub mod gbuffer;
 pub mod gpu;
 pub mod image;
 pub mod light;
+pub mod obscurance;
 pub mod path;
 pub mod points;
 pub mod probes;
@@ -36,10 +37,12 @@ use gpu::Gpu;
 pub use image::Picture;
 use light::device::LightPass;
 use light::{Lit, Source, Timings};
+use obscurance::{Baked, BakedAo};
 use points::{PointsAo, PointsPass};
 use raster::Raster;
 use shade::{SUBPIXELS, Shade};
 use shadow::device::ShadowPass;
+use vertices::VerticesPass;
 use view::View;
 
 /// Most pixels along a side of a picture.
@@ -85,6 +88,7 @@ struct Device {
     raster: Raster,
     points: PointsPass,
     /// Made when first asked for.
+    vertices: Option<VerticesPass>,
     lit: Option<(ShadowPass, LightPass)>,
 }
 
@@ -122,6 +126,7 @@ impl<'s> Renderer<'s> {
                 gpu,
                 raster,
                 points,
+                vertices: None,
                 lit: None,
             })),
             name,
@@ -288,6 +293,28 @@ impl<'s> Renderer<'s> {
             Machine::Gpu(d) => d.points.ao(&d.gpu, gbuffer, state, fallback),
             Machine::Cpu { .. } => points::ao_on_cpu(gbuffer, state, fallback),
         }
+    }
+
+    /// AO of the baked models for every pixel. `gbuffer` must be one for [`Lookup::Rest`].
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] for what the device cannot do.
+    pub fn baked_ao(&mut self, gbuffer: &GBuffer, baked: &Baked) -> Result<BakedAo> {
+        let (pixels, queries): (Vec<usize>, Vec<vertices::Query>) =
+            baked.queries(self.scene, gbuffer).into_iter().unzip();
+        let state = baked.state();
+        let local = match &mut self.machine {
+            Machine::Gpu(d) => {
+                let pass = match &mut d.vertices {
+                    Some(pass) => pass,
+                    None => d.vertices.insert(VerticesPass::new(&d.gpu)?),
+                };
+                pass.sample(&d.gpu, &queries, &state)?
+            }
+            Machine::Cpu { .. } => vertices::sample_on_cpu(&queries, &state),
+        };
+        let local: Vec<(usize, f32)> = pixels.into_iter().zip(local).collect();
+        Ok(baked.combine(gbuffer, &local))
     }
 }
 

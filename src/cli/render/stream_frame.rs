@@ -68,7 +68,8 @@ impl StreamFrame {
             unread.start += used;
         }
         match (client.last_frame(), times) {
-            (Some(frame), Some(times)) if scene.duration == 0.0 => {
+            // A bake is one frame, which stays.
+            (Some(frame), Some(times)) if scene.duration == 0.0 || is_baked(&client) => {
                 Ok(StreamFrame::new(client, frame, times))
             }
             (Some((_, last)), Some(times)) => Err(named(Error::Invalid(format!(
@@ -88,31 +89,51 @@ impl StreamFrame {
         }
     }
 
-    /// The method that was asked for, or the one for what the stream carries: `probes` where it has
-    /// both models.
+    /// The method that was asked for, or the one for what the stream carries, of several the first of `probes`,
+    /// `points` and `vertices`.
     ///
     /// # Errors
     /// `Invalid` for a stream without what the method needs.
     pub fn method(&self, asked: Option<Method>, path: &Path) -> Result<Method> {
-        let tracks = self.client.decoder().tracks();
-        let has = |kind| {
-            let mut kinds = tracks.iter().map(|live| live.track.model.kind());
-            kinds.any(|of_track| of_track == kind)
+        let refuse = |what: String| Err(Error::Invalid(format!("{}: {what}", stream::name(path))));
+        let carried = [Method::Probes, Method::Points, Method::Vertices];
+        let mut carried = carried.into_iter().filter(|method| self.carries(*method));
+        let Some(first) = carried.next() else {
+            return refuse("the stream has no track with light".into());
         };
-        let (points, probes) = (has(ModelKind::Points), has(ModelKind::Probes));
-        let refuse = |what: &str| Err(Error::Invalid(format!("{}: {what}", stream::name(path))));
         match asked {
-            Some(Method::Points) if !points && probes => {
-                refuse("the stream has no points but probes; choose --method probes")
-            }
-            Some(Method::Probes | Method::Ddgi) if !probes && points => {
-                refuse("the stream has no probes but points; choose --method points")
-            }
-            _ if !points && !probes => refuse("the stream has no track with light"),
-            Some(method) => Ok(method),
-            None if probes => Ok(Method::Probes),
-            None => Ok(Method::Points),
+            Some(Method::Ddgi) if first == Method::Probes => Ok(Method::Ddgi),
+            Some(method) if method == first || carried.any(|other| other == method) => Ok(method),
+            Some(method) => refuse(format!(
+                "the stream has no {} but {}; choose {}",
+                method.model(),
+                first.model(),
+                first.choice()
+            )),
+            None => Ok(first),
         }
+    }
+
+    /// Whether the stream has tracks for a method.
+    fn carries(&self, method: Method) -> bool {
+        let tracks = self.client.decoder().tracks();
+        let mut kinds = tracks.iter().map(|live| live.track.model.kind());
+        kinds.any(|kind| method_of(kind) == method)
+    }
+}
+
+/// Whether a stream has baked tracks alone.
+fn is_baked(client: &Client) -> bool {
+    let mut tracks = client.decoder().tracks().iter();
+    tracks.all(|live| method_of(live.track.model.kind()) == Method::Vertices)
+}
+
+/// The method that shows a model.
+fn method_of(kind: ModelKind) -> Method {
+    match kind {
+        ModelKind::Points => Method::Points,
+        ModelKind::Probes => Method::Probes,
+        ModelKind::Vertices | ModelKind::Instances | ModelKind::Regions => Method::Vertices,
     }
 }
 
