@@ -28,6 +28,7 @@
 
 use dapple::codec::instances::{Coding, Update};
 use dapple::codec::signals::{Kernel, Signals};
+use dapple::codec::vertices::{self as vertices_codec, Vertices};
 use dapple::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, Target, Track,
 };
@@ -409,6 +410,14 @@ fn measure(
             packed?
         );
     }
+    let blends =
+        |of: &[Vec<Vec<f32>>]| -> Vec<Vec<f32>> { of.iter().map(|o| o[2].clone()).collect() };
+    println!(
+        "records of vertices, one signal of 8 bits, packed and zstd: {} instances {} bytes, local {}",
+        chosen.len(),
+        vertices_bytes(mesh, &blends(&own))?,
+        vertices_bytes(mesh, &[local[2].clone()])?,
+    );
     let n = group.instances.len();
     println!(
         "values of one signal: per vertex {}; local {vertices}, scalar {n}, linear {}",
@@ -420,15 +429,64 @@ fn measure(
 
 /// Bytes of a record with the table of these functions.
 fn record_bytes(mesh: &Mesh, functions: &[Function], coding: Coding) -> dapple::Result<usize> {
-    let [short, long] = obscurance::HALF_DISTANCES.map(Kernel::exponential);
-    let signals = Signals::blended(short, long, Blend::default().long);
-    let Some((table, entries)) = server::table(signals, functions, server::table::BOUND, coding)?
-    else {
+    let bound = server::table::BOUND;
+    let Some((table, entries)) = server::table(blend_signal(), functions, bound, coding)? else {
         return Ok(0);
     };
+    let update = Update {
+        track: 1,
+        entries: &entries,
+    };
+    content_bytes(mesh, 1, Model::Instances(table), |encoder, bytes| {
+        encoder.instances(bytes, &[update], Compression::None)
+    })
+}
+
+/// Bytes of a record with a track of values at the vertices for each of these.
+fn vertices_bytes(mesh: &Mesh, values: &[Vec<f32>]) -> dapple::Result<usize> {
+    let parameters = Vertices {
+        signals: blend_signal(),
+        count: mesh.positions.len() as u32,
+        bits: 8,
+        order: Vertices::FILE_ORDER,
+        coding: vertices_codec::Coding::Packed,
+    };
+    let zstd = Compression::Zstd {
+        level: 19,
+        lazy: false,
+    };
+    let code = |v: &f32| vertices_codec::nearest(*v, 8);
+    let codes: Vec<Vec<u8>> = values
+        .iter()
+        .map(|v| v.iter().map(code).collect())
+        .collect();
+    let updates: Vec<vertices_codec::Update> = (1..)
+        .zip(&codes)
+        .map(|(track, codes)| vertices_codec::Update { track, codes })
+        .collect();
+    content_bytes(
+        mesh,
+        values.len(),
+        Model::Vertices(parameters),
+        |encoder, bytes| encoder.vertices(bytes, &updates, zstd),
+    )
+}
+
+fn blend_signal() -> Signals {
+    let [short, long] = obscurance::HALF_DISTANCES.map(Kernel::exponential);
+    Signals::blended(short, long, Blend::default().long)
+}
+
+/// Bytes that `write` appends to a stream of `tracks` tracks of a model; their declarations do not count.
+fn content_bytes(
+    mesh: &Mesh,
+    tracks: usize,
+    model: Model,
+    write: impl FnOnce(&mut Encoder, &mut Vec<u8>) -> Result<(), dapple::codec::Error>,
+) -> dapple::Result<usize> {
     let bounds = Aabb::of(mesh.positions.iter().copied());
-    let track = Track {
-        id: 1,
+    let track = |id: u32| Track {
+        id,
         target: Target {
             content_hash: Some(1),
             ..Target::default()
@@ -436,18 +494,15 @@ fn record_bytes(mesh: &Mesh, functions: &[Function], coding: Coding) -> dapple::
         aabb_min: bounds.min.to_array(),
         aabb_max: bounds.max.to_array(),
         space: LookupSpace::Mesh,
-        model: Model::Instances(table),
+        model,
     };
+    let tracks: Vec<Track> = (1..=tracks as u32).map(track).collect();
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
-    encoder.tracks(&mut bytes, std::slice::from_ref(&track))?;
+    encoder.tracks(&mut bytes, &tracks)?;
     let before = bytes.len();
-    let update = Update {
-        track: 1,
-        entries: &entries,
-    };
-    encoder.instances(&mut bytes, &[update], Compression::None)?;
+    write(&mut encoder, &mut bytes)?;
     Ok(bytes.len() - before)
 }
 
@@ -462,7 +517,7 @@ fn local(scene: &Scene, pose: &Pose, group: &Group) -> dapple::Result<Vec<Vec<f3
 
 /// Per signal and vertex, from values per kernel and vertex.
 fn blended(values: &[Vec<f32>]) -> Vec<Vec<f32>> {
-    let mut all = vec![Vec::with_capacity(values[0].len()); SIGNALS];
+    let mut all = vec![Vec::new(); SIGNALS];
     for (short, long) in values[0].iter().zip(&values[1]) {
         for (all, value) in all.iter_mut().zip(signals(&[*short, *long])) {
             all.push(value);

@@ -210,7 +210,12 @@ fn ceiling_over_leaves_gives_its_integral() {
         assert!(fit.linear.error < 0.1 * fit.scalar.error, "{fit:?}");
         assert!(fit.scalar.error < 0.5 * fit.none.error, "{fit:?}");
     }
-    assert_eq!(solved, solve(&context, 0, &local));
+    // The same on any number of threads.
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().expect("threads");
+        assert_eq!(solved, pool.install(|| solve(&context, 0, &local)));
+    }
 }
 
 /// A buried instance has no valid sample, and keeps 1.
