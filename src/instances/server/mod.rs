@@ -13,7 +13,7 @@
 //! - [`volume`]: obscurance around instances as spherical harmonics, as the paper's source of values where
 //!   normals are poor.
 //! - [`decorator`]: one scalar for small objects, from the surfaces about them (section 2.2.1).
-//! - [`refine`]: local values that suit the instances of a mesh better than those of the object alone (the
+//! - [`mod@refine`]: local values that suit the instances of a mesh better than those of the object alone (the
 //!   paper's future work).
 //! - [`mod@table`]: the rung that each instance takes, and the quantised table of a track.
 //!

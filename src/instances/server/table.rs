@@ -94,7 +94,7 @@ impl Function {
 ///
 /// # Errors
 /// `Invalid` for a bound that is not a positive number, and where two paths have one key or a set is missing. Coefficients
-/// of [`super::fit()`] always fit.
+/// of [`super::fit::fit`] always fit.
 pub fn table(
     signals: Signals,
     functions: &[Function],
