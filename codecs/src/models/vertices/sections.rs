@@ -36,16 +36,14 @@ pub(super) fn read(
             Ok(())
         }
         (Coding::Packed, bits) => {
-            let planes = section.chunks_exact(vertices.count as usize);
-            let signals = usize::from(vertices.signals.count);
-            for (signal, plane) in planes.enumerate() {
-                let values = values[signal..].iter_mut().step_by(signals);
-                match bits {
-                    5 => read_five_bit_plane(plane, values)?,
-                    _ => read_plane(plane, values),
-                }
+            let count = vertices.count as usize;
+            if vertices.signals.count == 1 {
+                return read_plane(section, bits, values.iter_mut());
             }
-            Ok(())
+            let (first, second) = section.split_at(count);
+            let pairs = values.as_chunks_mut::<2>().0;
+            read_plane(first, bits, pairs.iter_mut().map(|[a, _]| a))?;
+            read_plane(second, bits, pairs.iter_mut().map(|[_, b]| b))
         }
     }
 }
@@ -67,18 +65,20 @@ fn read_five_bits(section: &[u8], values: &mut [u8]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-fn read_plane<'v>(plane: &[u8], values: impl Iterator<Item = &'v mut u8>) {
-    let mut code = 255u8;
-    for (value, difference) in values.zip(plane) {
-        code = code.wrapping_add(*difference);
-        *value = code;
-    }
-}
-
-fn read_five_bit_plane<'v>(
+/// Reads the values of a signal from its differences.
+fn read_plane<'v>(
     plane: &[u8],
+    bits: u8,
     values: impl Iterator<Item = &'v mut u8>,
 ) -> Result<(), ErrorKind> {
+    if bits != 5 {
+        let mut code = 255u8;
+        for (value, difference) in values.zip(plane) {
+            code = code.wrapping_add(*difference);
+            *value = code;
+        }
+        return Ok(());
+    }
     let mut code = 31u8;
     let mut all = 0;
     for (value, difference) in values.zip(plane) {
