@@ -139,7 +139,10 @@ fn merged_tasks_equal_a_single_run() {
     let at = folder.path();
     // Many items: 2 instances of 2 faces of up to 5000 samples.
     let quality = "--samples 100000 --face-samples 5000 --rays 2";
-    runs(at, &format!("bake a.gltf --gltf whole.glb {quality}"));
+    runs(
+        at,
+        &format!("bake a.gltf --gltf whole.glb -o whole.dapple {quality}"),
+    );
     let whole = read(at, "whole.glb");
     for tasks in [1, 3, 16] {
         for task in 1..=tasks {
@@ -150,9 +153,10 @@ fn merged_tasks_equal_a_single_run() {
         }
         runs(
             at,
-            &format!("bake a.gltf --merge p{tasks} --gltf merged.glb {quality}"),
+            &format!("bake a.gltf --merge p{tasks} --gltf merged.glb -o merged.dapple {quality}"),
         );
         assert!(read(at, "merged.glb") == whole, "{tasks} tasks");
+        assert!(read(at, "merged.dapple") == read(at, "whole.dapple"));
     }
     // From a job array, as the single parts, and twice.
     let mut slurm = command(at, &format!("bake a.gltf --task slurm --parts s {quality}"));
@@ -342,4 +346,44 @@ fn image_size(png: &[u8]) -> (u32, u32) {
     let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().expect("four bytes"));
     assert!(png.starts_with(b"\x89PNG"));
     (number(16), number(20))
+}
+
+#[test]
+fn streams_are_valid_and_go_to_standard_output() {
+    let folder = folder();
+    let at = folder.path();
+    for line in ["", "--bits 5 --separate", "--ao 1 --compression lz4"] {
+        let line = format!("bake a.gltf {SMALL} {line}");
+        runs(at, &format!("{line} -o s/a.dapple"));
+        runs(at, "validate s/a.dapple");
+        let output = command(at, &format!("{line} -o -"))
+            .output()
+            .expect("dapple runs");
+        assert!(output.status.success());
+        assert!(output.stdout == read(at, "s/a.dapple"), "{line}");
+    }
+    refuses(at, "bake a.gltf -o - --json", 2, "--json");
+    refuses(at, "bake a.gltf -o a.gltf", 2, "input");
+    refuses(at, "bake a.gltf -o b.dapple --bits 6", 2, "--bits");
+    let limited = "bake a.gltf -o b.dapple --samples 1 --rays 1 --max-tracks 1";
+    refuses(at, limited, 1, "limit tracks");
+    assert!(!at.join("b.dapple").exists());
+}
+
+/// Half of what stands behind a tree is seen through it.
+#[test]
+fn foliage_attenuates_where_it_is_asked_for() {
+    let folder = folder();
+    let at = folder.path();
+    let mean = |options: &str| -> f64 {
+        let line = format!("bake a.gltf -o a.dapple {SMALL} --json {options}");
+        let figures: serde_json::Value = serde_json::from_str(&runs(at, &line)).expect("JSON");
+        assert_eq!(
+            figures["foliage"].as_array().map_or(0, Vec::len),
+            usize::from(options != "")
+        );
+        figures["mean"].as_f64().expect("a number")
+    };
+    let (solid, tree) = (mean(""), mean("--foliage --trees square"));
+    assert!(tree > solid + 0.05, "{solid} {tree}");
 }

@@ -6,6 +6,7 @@
 //! - `fit`: from the results to what a bake says of each instance ([`Plan::fit`]).
 //! - [`part`]: files with the results of some items.
 //! - [`signals`]: from fitted obscurance to the values of a file.
+//! - [`stream`]: those values as a stream. [`crate::gltf_writer`] writes them into a copy of the scene.
 //!
 //! A bake places samples, traces them item by item, and fits every instance. Placing and fitting are
 //! cheap beside tracing, so that each task of a farm does the first and the merge both; the items carry
@@ -16,12 +17,14 @@ pub mod ladder;
 pub mod part;
 pub mod plan;
 pub mod signals;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 
 pub use plan::{Item, Plan, Traced};
 pub use signals::{Baked, InstanceSignals, Tone};
 
+use crate::obscurance::foliage;
 use crate::vertices;
 
 /// Everything that decides the bytes of a bake, besides the scene and its pose.
@@ -36,4 +39,15 @@ pub struct Settings {
     /// Error up to which an instance takes a cheaper rung of the [`ladder`]. Without it values stand at vertices, and
     /// instances of a shared mesh have the function with the least error.
     pub tolerance: Option<f64>,
+    /// How shrubs and trees attenuate rays; `None` where they stop them as other meshes do.
+    pub foliage: Option<FoliageSettings>,
+}
+
+/// Foliage that attenuates rays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoliageSettings {
+    /// What is foliage.
+    pub rules: foliage::Rules,
+    /// Extinction of a shrub per metre.
+    pub density: f32,
 }

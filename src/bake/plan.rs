@@ -2,8 +2,10 @@
 
 use super::Settings;
 use crate::instances::server::{self as instances, Group};
+use crate::obscurance::foliage::{self, Foliage, Verdict};
 use crate::obscurance::{Gather, Obscurance};
 use crate::scene::{Pose, Scene};
+use crate::trace::Tracer;
 use crate::vertices::place::{self, Site};
 use crate::vertices::{self, Shape};
 use crate::{Error, Result};
@@ -159,22 +161,46 @@ impl<'s> Plan<'s> {
         owners.partition_point(|o| *o < task)..owners.partition_point(|o| *o <= task)
     }
 
-    /// Traces items; `done` is told the samples of each as it is finished, from any thread.
-    pub fn trace(
-        &self,
-        obscurance: &Obscurance,
-        items: Range<usize>,
-        done: &(dyn Fn(usize) + Sync),
-    ) -> Vec<Traced> {
-        self.items[items]
-            .par_iter()
-            .map(|item| {
-                let sites = &self.surfaces[item.instance].sites[item.samples.clone()];
-                let traced = vertices::trace(obscurance, self.pose, item.instance, sites);
-                done(sites.len());
-                traced
-            })
-            .collect()
+    /// What each mesh is taken for where foliage attenuates rays.
+    pub fn foliage(&self) -> Vec<Option<Verdict>> {
+        match &self.settings.foliage {
+            Some(settings) => foliage::classify(self.scene, self.pose, &settings.rules),
+            None => vec![None; self.scene.meshes.len()],
+        }
+    }
+
+    /// Traces items; `done` is told the samples of each as it is finished, from any thread, and 0 when the
+    /// hierarchies are built.
+    ///
+    /// # Errors
+    /// `Invalid` for settings that [`Obscurance::new`] or [`Foliage::new`] refuses.
+    pub fn trace(&self, items: Range<usize>, done: &(dyn Fn(usize) + Sync)) -> Result<Vec<Traced>> {
+        let (scene, pose) = (self.scene, self.pose);
+        let density = self
+            .settings
+            .foliage
+            .as_ref()
+            .map(|settings| settings.density);
+        let foliage = density.map(|density| Foliage::new(scene, pose, &self.foliage(), density));
+        let foliage = foliage.transpose()?;
+        let attenuation = foliage.as_ref().map(Foliage::attenuation);
+        let tracer = match &foliage {
+            Some(foliage) => Tracer::new(scene, &foliage.without(pose)),
+            None => Tracer::new(scene, pose),
+        };
+        let vertices::Settings { kernels, rays, .. } = &self.settings.vertices;
+        let mut obscurance = Obscurance::new(scene, &tracer, kernels, *rays)?;
+        if let Some(attenuation) = &attenuation {
+            obscurance = obscurance.with_foliage(attenuation);
+        }
+        done(0);
+        let traced = self.items[items].par_iter().map(|item| {
+            let sites = &self.surfaces[item.instance].sites[item.samples.clone()];
+            let traced = vertices::trace(&obscurance, pose, item.instance, sites);
+            done(sites.len());
+            traced
+        });
+        Ok(traced.collect())
     }
 
     pub fn scene(&self) -> &'s Scene {

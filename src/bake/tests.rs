@@ -1,8 +1,10 @@
 use super::*;
+use crate::client::Client;
+use crate::codec::vertices::remap;
+use crate::codec::{Compression, Limits};
 use crate::obscurance::shapes;
-use crate::obscurance::{Blend, Obscurance, Remap};
+use crate::obscurance::{Blend, Remap};
 use crate::scene::{Instance, Pose, Scene};
-use crate::trace::Tracer;
 use crate::vertices::Sampling;
 use crate::world::World;
 use glam::{Affine3A, Vec3};
@@ -24,17 +26,11 @@ fn settings() -> Settings {
 
 /// A plan of the built-in scene, with everything traced.
 fn with_hall(test: impl Fn(&Plan, &[Traced])) {
-    with_settings(&Scene::hall(), settings(), test);
-}
-
-fn with_settings(scene: &Scene, settings: Settings, test: impl Fn(&Plan, &[Traced])) {
-    let world = World::new(scene, 0.0);
-    let plan = Plan::new(scene, world.pose(), settings).expect("a plan");
-    let settings = &plan.settings().vertices;
-    let obscurance = Obscurance::new(scene, world.tracer(), &settings.kernels, settings.rays);
-    let obscurance = obscurance.expect("obscurance");
-    let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
-    test(&plan, &traced);
+    let scene = Scene::hall();
+    let world = World::new(&scene, 0.0);
+    let plan = Plan::new(&scene, world.pose(), settings()).expect("a plan");
+    let traced = plan.trace(0..plan.items().len(), &|_| ());
+    test(&plan, &traced.expect("traced"));
 }
 
 #[test]
@@ -174,12 +170,8 @@ fn boxes() -> (Scene, Pose) {
 fn with_boxes(settings: Settings, test: impl Fn(&Plan, &Baked)) {
     let (scene, pose) = boxes();
     let plan = Plan::new(&scene, &pose, settings).expect("a plan");
-    let tracer = Tracer::new(&scene, &pose);
-    let settings = &plan.settings().vertices;
-    let obscurance = Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays);
-    let obscurance = obscurance.expect("obscurance");
-    let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
-    let (baked, _) = plan.fit(&traced, &|| ()).expect("a fit");
+    let traced = plan.trace(0..plan.items().len(), &|_| ());
+    let (baked, _) = plan.fit(&traced.expect("traced"), &|| ()).expect("a fit");
     test(&plan, &baked);
 }
 
@@ -255,4 +247,38 @@ fn tolerance_takes_cheaper_rungs_the_larger_it_is() {
         strict[2..].iter().all(|rung| *rung > Rung::Scalar),
         "{strict:?}"
     );
+}
+/// What a client finds in the stream is what was baked, for every vertex.
+#[test]
+fn streams_hold_the_values_of_every_vertex() {
+    with_hall(|plan, traced| {
+        let (baked, _) = plan.fit(traced, &|| ()).expect("a fit");
+        let scene = plan.scene();
+        for bits in [8, 5] {
+            let options = stream::Options {
+                bits,
+                compression: Compression::PAPER,
+                limits: Limits::default(),
+            };
+            let bytes = stream::write(plan, &baked, options).expect("a stream");
+            let mut client = Client::of_scene(scene, Limits::default());
+            client.push(&bytes).expect("a sound stream");
+            assert!(client.ended());
+            let decoder = client.decoder();
+            assert_eq!(decoder.tracks().len(), scene.instances.len());
+            for track in decoder.tracks() {
+                let instance = client.instance_of(&track.track).expect("an instance");
+                let mesh = &scene.meshes[scene.instances[instance].mesh];
+                let arrays =
+                    |v: &[Vec3]| -> Vec<[f32; 3]> { v.iter().map(|v| v.to_array()).collect() };
+                let remap = remap(&arrays(&mesh.positions), &arrays(&mesh.normals));
+                let values = decoder.vertices().values_of(track);
+                let step = if bits == 8 { 0 } else { 255 / 31 + 1 };
+                for (vertex, expected) in baked.instances[instance].vertices[0].iter().enumerate() {
+                    let got = values[remap[vertex] as usize];
+                    assert!(got.abs_diff(*expected) <= step, "{got} {expected}");
+                }
+            }
+        }
+    });
 }

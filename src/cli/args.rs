@@ -408,7 +408,7 @@ fn number(text: &str, range: impl std::ops::RangeBounds<f64>, wanted: &str) -> P
     value.ok_or_else(|| format!("expected {wanted}"))
 }
 
-fn compression(text: &str) -> Parsed<Compression> {
+pub fn compression(text: &str) -> Parsed<Compression> {
     let zstd = |text: &str| {
         let (level, lazy) = match text.strip_suffix(":auto") {
             Some(level) => (level, false),

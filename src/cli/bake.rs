@@ -5,14 +5,16 @@ mod figures;
 mod gltf;
 mod report;
 mod source;
+mod stream;
 
 use super::args::{self, SceneArgs};
 use super::effects::{self, Given};
 use super::output;
 use super::progress::Progress;
-use crate::bake::{Plan, Settings, Tone, Traced};
+use crate::bake::{FoliageSettings, Plan, Settings, Tone, Traced};
 use crate::gltf_writer::Target;
-use crate::obscurance::{Blend, Kernel, Obscurance, Remap};
+use crate::obscurance::foliage::{DENSITY, Rules};
+use crate::obscurance::{Blend, Kernel, Remap};
 use crate::vertices::{self, Sampling};
 use crate::world::World;
 use crate::{Error, Result};
@@ -26,6 +28,7 @@ use std::time::Instant;
 /// Examples in the help.
 const EXAMPLES: &str = "\
 Examples:
+  dapple bake scene.glb -o scene.dapple                           a stream of the model `vertices`
   dapple bake scene.glb --gltf baked.glb                          vertex attribute _AO
   dapple bake scene.glb --gltf baked.glb --into color             and multiplied into COLOR_0
   dapple bake scene.glb --gltf baked.glb --ao 0.5 --rays 64       plain occlusion within 0.5 m
@@ -40,6 +43,10 @@ pub struct Args {
     scene: SceneArgs,
     #[command(flatten)]
     quality: QualityArgs,
+    #[command(flatten)]
+    foliage: FoliageArgs,
+    #[command(flatten)]
+    stream: stream::StreamArgs,
     #[command(flatten)]
     gltf: gltf::GltfArgs,
     #[command(flatten)]
@@ -89,8 +96,45 @@ struct QualityArgs {
     alpha: f64,
 }
 
+/// Foliage that attenuates rays.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Foliage")]
+struct FoliageArgs {
+    /// Shrubs and trees attenuate rays in place of stopping them: those that the file calls so in
+    /// `extras.foliage` of a mesh, those named below, and meshes of several instances that are mostly MASK
+    /// or BLEND.
+    #[arg(long)]
+    foliage: bool,
+    /// Names of meshes or paths of nodes that are shrubs; `*` stands for any text.
+    #[arg(long, value_name = "PATTERN,...", value_delimiter = ',')]
+    shrubs: Vec<String>,
+    /// Names of meshes or paths of nodes that are trees.
+    #[arg(long, value_name = "PATTERN,...", value_delimiter = ',')]
+    trees: Vec<String>,
+    /// What a metre of a shrub takes from a ray: 1 leaves e^-1.
+    #[arg(long, value_name = "DENSITY", default_value_t = DENSITY, value_parser = density)]
+    shrub_density: f32,
+}
+
+fn density(text: &str) -> std::result::Result<f32, String> {
+    args::weight(text).map(|density| density as f32)
+}
+
+impl FoliageArgs {
+    fn settings(&self) -> Option<FoliageSettings> {
+        self.foliage.then(|| FoliageSettings {
+            rules: Rules {
+                shrubs: self.shrubs.clone(),
+                trees: self.trees.clone(),
+                by_material: true,
+            },
+            density: self.shrub_density,
+        })
+    }
+}
+
 impl QualityArgs {
-    fn settings(&self) -> Result<Settings> {
+    fn settings(&self, foliage: Option<FoliageSettings>) -> Result<Settings> {
         let kernels = match (self.ao, &self.distances[..]) {
             (Some(distance), _) => vec![Kernel::CutOff { distance }],
             (None, distances @ ([_] | [_, _])) if distances.is_sorted_by(|a, b| a < b) => {
@@ -121,6 +165,7 @@ impl QualityArgs {
                 separate: self.separate,
                 remap: self.remap.clone().unwrap_or_default(),
             },
+            foliage,
             ..Settings::default()
         })
     }
@@ -146,7 +191,7 @@ fn remap(text: &str) -> std::result::Result<Remap, String> {
 /// do not fit, `Usage` for arguments that contradict each other.
 pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let clock = Instant::now();
-    let settings = args.quality.settings()?;
+    let settings = args.quality.settings(args.foliage.settings())?;
     let farm = args.farm.farm()?;
     args.check_outputs(&farm)?;
     given.warn_without_effect(&args.active(&farm));
@@ -163,7 +208,12 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         output::print(&format!("{}: it is done\n", task.part(key).display()))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let gltf = args.gltf.create(&source)?;
+    let is_task = matches!(farm, Farm::Task(_));
+    let stream = args.stream.create(is_task)?;
+    let gltf = match is_task {
+        true => None,
+        false => args.gltf.create(&source)?,
+    };
     warn_of_motion(&scene, time);
 
     let world = World::new(&scene, time);
@@ -175,16 +225,19 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         ..Seconds::default()
     };
     warn_of_unsampled(&plan);
+    if let Some(stream) = &stream {
+        stream.check(&plan)?;
+    }
 
     let tracing = Instant::now();
     let traced = match &farm {
         Farm::Task(task) => {
-            let text = run_task(task, &plan, &world, key)?;
+            let text = run_task(task, &plan, key)?;
             output::print(&text)?;
             return Ok(ExitCode::SUCCESS);
         }
         Farm::Merge(paths) => farm::merge(paths, &plan, key)?,
-        Farm::None => trace(&plan, &world, 0..plan.items().len())?,
+        Farm::None => trace(&plan, 0..plan.items().len())?,
     };
     seconds.trace = tracing.elapsed().as_secs_f64();
 
@@ -195,6 +248,9 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     seconds.fit = fitting.elapsed().as_secs_f64();
 
     let mut figures = Figures::new(&plan, &baked, &reports);
+    if let Some(stream) = stream {
+        figures.stream = Some(stream.write(&plan, &baked)?);
+    }
     if let Some(gltf) = gltf {
         figures.gltf = Some(gltf.write(&source, &scene, &baked)?);
     }
@@ -216,26 +272,25 @@ fn print(args: &Args, figures: &Figures) -> Result<()> {
     if args.json {
         return output::print_report(figures);
     }
-    output::print(&figures.summary())
+    match args.stream.is_stdout() {
+        true => output::progress_line(figures.summary().trim_end()),
+        false => output::print(&figures.summary())?,
+    }
+    Ok(())
 }
 
 /// Traces items with a progress bar.
-fn trace(plan: &Plan, world: &World, items: std::ops::Range<usize>) -> Result<Vec<Traced>> {
-    let settings = &plan.settings().vertices;
-    let building = Progress::spinner("Building hierarchies");
-    let tracer = world.tracer();
-    drop(building);
-    let obscurance = Obscurance::new(plan.scene(), tracer, &settings.kernels, settings.rays)?;
+fn trace(plan: &Plan, items: std::ops::Range<usize>) -> Result<Vec<Traced>> {
     let samples = plan.items()[items.clone()].iter().map(|i| i.samples.len());
     let bar = Progress::new("Tracing samples", samples.sum::<usize>() as u64);
-    Ok(plan.trace(&obscurance, items, &|samples| bar.step(samples as u64)))
+    plan.trace(items, &|samples| bar.step(samples as u64))
 }
 
 /// Traces the items of a task and writes its part; returns what there is to say.
-fn run_task(task: &Task, plan: &Plan, world: &World, key: u64) -> Result<String> {
+fn run_task(task: &Task, plan: &Plan, key: u64) -> Result<String> {
     let file = task.create(key)?;
     let items = plan.share(task.index, task.tasks);
-    let traced = trace(plan, world, items.clone())?;
+    let traced = trace(plan, items.clone())?;
     farm::write_part(file, plan, key, items.clone(), &traced)?;
     Ok(format!(
         "{}: {} of {} items of work, {} samples\n",
@@ -280,7 +335,9 @@ impl Args {
         let is_task = matches!(farm, Farm::Task(_));
         let gltf = self.gltf.gltf.is_some() && !is_task;
         let choices = [
+            (self.foliage.foliage, effects::FOLIAGE),
             (is_task, effects::TASK),
+            (self.stream.output.is_some() && !is_task, effects::OUTPUT),
             (!is_task, effects::NO_TASK),
             (gltf, effects::GLTF),
             (self.report_folder(farm).is_some(), effects::REPORT),
@@ -307,9 +364,15 @@ impl Args {
     /// # Errors
     /// `Usage` where nothing would be written.
     fn check_outputs(&self, farm: &Farm) -> Result<()> {
-        let has_output = self.gltf.gltf.is_some() || self.report.is_some();
+        let has_stream = self.stream.output.is_some();
+        let has_output = has_stream || self.gltf.gltf.is_some() || self.report.is_some();
+        if self.json && self.stream.is_stdout() {
+            let text =
+                "standard output can have the stream (-o -) or the figures (--json), not both";
+            return Err(Error::Usage(text.into()));
+        }
         if !has_output && !matches!(farm, Farm::Task(_)) {
-            let text = "name an output with --gltf or --report";
+            let text = "name an output with -o, --gltf or --report";
             return Err(Error::Usage(text.into()));
         }
         Ok(())

@@ -45,6 +45,9 @@ pub const NO_TASK: &str = "a bake without --task";
 /// A bake into a copy of the scene.
 pub const GLTF: &str = "--gltf";
 pub const OCCLUSION: &str = "--gltf with --into occlusion";
+/// A bake into a stream.
+pub const OUTPUT: &str = "--output";
+pub const FOLIAGE: &str = "--foliage";
 /// A page with pictures.
 pub const REPORT: &str = "--report";
 pub const TWO_DISTANCES: &str = "two --distances";
@@ -341,7 +344,20 @@ const BAKE: &[Effect] = &[
             "alpha",
             "task",
             "merge",
+            "foliage",
         ],
+    },
+    Effect {
+        needs: &[FOLIAGE],
+        options: &["shrubs", "trees", "shrub_density"],
+    },
+    Effect {
+        needs: &[OUTPUT],
+        options: &["bits", "compression"],
+    },
+    Effect {
+        needs: &[OUTPUT],
+        options: LIMITS,
     },
     Effect {
         needs: &[TWO_DISTANCES],
@@ -349,7 +365,7 @@ const BAKE: &[Effect] = &[
     },
     Effect {
         needs: &[NO_TASK],
-        options: &["gltf", "report", "json"],
+        options: &["output", "gltf", "report", "json"],
     },
     Effect {
         needs: &[GLTF],

@@ -2,9 +2,11 @@
 
 use super::super::output::significant;
 use super::gltf::GltfFigures;
+use super::stream::StreamFigures;
 use crate::bake::signals::shown;
 use crate::bake::{Baked, Plan};
 use crate::measure::table::grouped;
+use crate::obscurance::foliage::{Kind, Reason, Verdict};
 use crate::vertices::Report;
 use serde::Serialize;
 
@@ -42,7 +44,20 @@ pub struct Figures {
     pub vertices_from_mean: usize,
     pub vertices_see_through: usize,
     pub seconds: Seconds,
+    pub stream: Option<StreamFigures>,
     pub gltf: Option<GltfFigures>,
+    /// Meshes whose instances attenuate rays.
+    pub foliage: Vec<FoliageFigures>,
+}
+
+/// A mesh that is foliage.
+#[derive(Clone, Debug, Serialize)]
+pub struct FoliageFigures {
+    pub mesh: String,
+    /// `shrub` or `tree`.
+    pub kind: &'static str,
+    /// Why: `extras`, `name` or `material`.
+    pub reason: &'static str,
 }
 
 impl Figures {
@@ -67,6 +82,7 @@ impl Figures {
             vertices_from_neighbours: sum(|r| r.fit.filled.from_neighbours),
             vertices_from_mean: sum(|r| r.fit.filled.from_default),
             vertices_see_through: sum(|r| r.fit.filled.see_through),
+            foliage: foliage(plan),
             ..Figures::default()
         }
     }
@@ -87,6 +103,26 @@ impl Figures {
             self.seconds.trace,
             self.seconds.fit,
         );
+        if !self.foliage.is_empty() {
+            let names = self.foliage.iter().take(SHOWN).map(|f| {
+                let FoliageFigures { mesh, kind, reason } = f;
+                format!("{mesh} ({kind} by {reason})")
+            });
+            let names: Vec<String> = names.collect();
+            let more = match self.foliage.len().saturating_sub(SHOWN) {
+                0 => String::new(),
+                n => format!(" and {n} more"),
+            };
+            text += &format!("foliage: {}{more}\n", names.join(", "));
+        }
+        if let Some(stream) = &self.stream {
+            text += &format!(
+                "{}: {} bytes, {} tracks\n",
+                stream.file,
+                grouped(stream.bytes),
+                grouped(stream.tracks as u64)
+            );
+        }
         if let Some(gltf) = &self.gltf {
             text += &format!(
                 "{}: {} bytes ({} in the source)",
@@ -108,6 +144,29 @@ impl Figures {
         }
         text
     }
+}
+
+/// Most meshes that are named.
+const SHOWN: usize = 6;
+
+fn foliage(plan: &Plan) -> Vec<FoliageFigures> {
+    let verdicts = plan.foliage().into_iter().zip(&plan.scene().meshes);
+    let figures = verdicts.filter_map(|(verdict, mesh)| {
+        let Verdict { kind, reason } = verdict?;
+        Some(FoliageFigures {
+            mesh: mesh.name.clone(),
+            kind: match kind {
+                Kind::Shrub => "shrub",
+                Kind::Tree => "tree",
+            },
+            reason: match reason {
+                Reason::Extras => "extras",
+                Reason::Name => "name",
+                Reason::Material => "material",
+            },
+        })
+    });
+    figures.collect()
 }
 
 /// Mean over all vertices of what is shown.

@@ -214,6 +214,20 @@ fn page(
             false => String::new(),
         },
     };
+    let foliage = figures.foliage.iter().map(|f| {
+        let text = |text: &str| Value::Text(text.into());
+        vec![text(&f.mesh), text(f.kind), text(f.reason)]
+    });
+    let foliage = Table {
+        title: "Foliage".into(),
+        columns: ["mesh", "kind", "by"].map(Into::into).to_vec(),
+        rows: foliage.collect(),
+        note: "Meshes whose instances attenuate rays in place of stopping them.".into(),
+    };
+    let mut tables = vec![fit, instances];
+    if !foliage.rows.is_empty() {
+        tables.push(foliage);
+    }
     Report {
         title: "Dapple: baked obscurance".into(),
         subtitle: format!("Scene {}, seen by {camera}", plan.scene().name),
@@ -226,7 +240,7 @@ fn page(
             },
             Section {
                 title: "Figures".into(),
-                tables: vec![fit, instances],
+                tables,
                 ..Section::default()
             },
         ],

@@ -1,0 +1,103 @@
+//! `-o`: values as a stream.
+
+use super::super::args;
+use super::super::inputs::is_dash;
+use super::super::limits::LimitArgs;
+use super::super::output::Sink;
+use crate::Result;
+use crate::bake::stream::{Options, tracks, write};
+use crate::bake::{Baked, Plan};
+use crate::codec::Compression;
+use serde::Serialize;
+use std::path::PathBuf;
+
+#[derive(Clone, Debug, clap::Args)]
+pub struct StreamArgs {
+    /// Where the stream goes; `-` for standard output. Missing folders are made.
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    pub output: Option<PathBuf>,
+    /// Bits of a value in the stream, 8 or 5; with 5 values are dithered.
+    #[arg(long, value_name = "BITS", default_value = "8", value_parser = bits, help_heading = "Stream")]
+    bits: u8,
+    /// `zstd:LEVEL` (1 to 19) with the lazy strategy; `zstd:LEVEL:auto` with the level's own; `lz4`; or
+    /// `none`.
+    #[arg(long, value_name = "METHOD", default_value = "zstd:19:auto",
+        value_parser = args::compression, help_heading = "Stream")]
+    compression: Compression,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+fn bits(text: &str) -> std::result::Result<u8, String> {
+    match text {
+        "8" => Ok(8),
+        "5" => Ok(5),
+        _ => Err("expected 8 or 5".into()),
+    }
+}
+
+/// A stream that was started.
+pub struct Stream {
+    path: PathBuf,
+    sink: Sink,
+    options: Options,
+}
+
+/// Figures of what was written.
+#[derive(Clone, Debug, Serialize)]
+pub struct StreamFigures {
+    pub file: String,
+    pub bytes: u64,
+    pub tracks: usize,
+}
+
+impl StreamArgs {
+    /// Whether standard output has the stream.
+    pub fn is_stdout(&self) -> bool {
+        self.output.as_deref().is_some_and(is_dash)
+    }
+
+    /// Starts the stream, if one is asked for; a task of a farm has none.
+    ///
+    /// # Errors
+    /// As [`Sink::create`].
+    pub fn create(&self, is_task: bool) -> Result<Option<Stream>> {
+        let Some(path) = self.output.as_deref().filter(|_| !is_task) else {
+            return Ok(None);
+        };
+        Ok(Some(Stream {
+            path: path.to_owned(),
+            sink: Sink::create(path)?,
+            options: Options {
+                bits: self.bits,
+                compression: self.compression,
+                limits: self.limits.limits(),
+            },
+        }))
+    }
+}
+
+impl Stream {
+    /// Refuses what no decoder reads, before anything is traced.
+    ///
+    /// # Errors
+    /// As [`tracks`].
+    pub fn check(&self, plan: &Plan) -> Result<()> {
+        tracks(plan, self.options).map(drop)
+    }
+
+    /// Writes the stream.
+    ///
+    /// # Errors
+    /// `Codec` for more than the limits allow, `Io` where it cannot be written.
+    pub fn write(mut self, plan: &Plan, baked: &Baked) -> Result<StreamFigures> {
+        let bytes = write(plan, baked, self.options)?;
+        self.sink.write(&bytes)?;
+        self.sink.finish()?;
+        Ok(StreamFigures {
+            file: self.path.display().to_string(),
+            bytes: bytes.len() as u64,
+            tracks: baked.instances.len(),
+        })
+    }
+}
