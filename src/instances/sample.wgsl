@@ -22,13 +22,13 @@ struct Table {
 // The decoder's values: four snorm16 for each signal of an entry.
 @group(1) @binding(1) var<storage, read> values: array<vec2u>;
 
-// A signed normalised number from the low 16 bits.
-fn snorm(bits: u32) -> f32 {
+// A coefficient from the low 16 bits: a signed normalised number, times the scale.
+fn coefficient(bits: u32) -> f32 {
     return f32(bitcast<i32>(bits << 16u) >> 16u) / 32767.0 * table.scale;
 }
 
 fn coefficients(value: vec2u) -> vec4f {
-    return vec4f(snorm(value.x), snorm(value.x >> 16u), snorm(value.y), snorm(value.y >> 16u));
+    return vec4f(coefficient(value.x), coefficient(value.x >> 16u), coefficient(value.y), coefficient(value.y >> 16u));
 }
 
 fn normalized(position: vec3f) -> vec3f {
