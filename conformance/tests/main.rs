@@ -12,3 +12,4 @@ mod queries;
 mod runner;
 mod schema;
 mod snapshots;
+mod vertices_mistakes;

@@ -31,6 +31,7 @@ use crate::points::sample::{self, Fallback};
 use crate::probes;
 use crate::probes::client::ProbesVolume;
 use crate::regions::sample::Regions;
+use crate::vertices;
 use crate::{Error, Result};
 
 /// Run the conformance vectors through a decoder: exit code 0 if all pass, 1 if any fails.
@@ -237,23 +238,11 @@ fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 
 
 /// AO in a triangle of a mesh (`spec/vertices.md` §9).
 fn at_vertices(decoder: &Decoder, live: &TrackState, corners: [u32; 3], weights: [f32; 3]) -> f32 {
+    let state = decoder.vertices();
+    let track = live.track.vertices();
+    let values = track.and_then(|track| vertices::client::values_of(state, live, track));
     // Nothing closes a track of another model.
-    let Some(vertices) = live.track.vertices() else {
-        return 1.0;
-    };
-    let values = decoder.vertices().values_of(live);
-    let signals = vertices.signals;
-    let count = usize::from(signals.count);
-    let signal = |signal: usize| {
-        let of = |corner: u32| f32::from(values[corner as usize * count + signal]);
-        let [a, b, c] = corners.map(of);
-        (a * weights[0] + b * weights[1] + c * weights[2]) / 255.0
-    };
-    let first = signal(0);
-    match count {
-        2 => first + (signal(1) - first) * signals.share,
-        _ => first,
-    }
+    values.map_or(1.0, |values| values.ao(state.values(), corners, weights))
 }
 
 /// AO of a mesh instance at a mesh-space position, times a local AO.

@@ -42,7 +42,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
         ("codes-all-packed", Vertices::packed(256)),
     ] {
         let codes: Vec<u8> = (0..=255u8).map(|code| code.wrapping_mul(129)).collect();
-        let frames = streams(&[vertices.clone()])
+        let frames = streams(std::slice::from_ref(&vertices))
             .vertices(&[(1, codes)])
             .commit();
         let comment = "Every code of 8 bits.";
@@ -53,7 +53,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
         ("codes-all-packed-five-bits", Vertices::packed(32).five()),
     ] {
         let codes: Vec<u8> = (0..32u8).map(|code| code.wrapping_mul(17) % 32).collect();
-        let frames = streams(&[vertices.clone()])
+        let frames = streams(std::slice::from_ref(&vertices))
             .vertices(&[(1, codes)])
             .commit();
         let comment = "Every code of 5 bits, and so every value.";
