@@ -38,9 +38,10 @@ fn chapter(name: &str) -> String {
 }
 
 /// The chapters with a stream and its dump, and the files of both in `spec/examples`.
-const EXAMPLES: [(&str, &str); 3] = [
+const EXAMPLES: [(&str, &str); 4] = [
     ("examples.md", "points"),
     ("examples-probes.md", "probes"),
+    ("examples-vertices.md", "vertices"),
     ("examples-regions.md", "regions"),
 ];
 
@@ -116,7 +117,7 @@ fn the_losses_come_to_the_transcript() {
 fn each_record_type_that_is_defined_has_its_bytes() {
     let streams = EXAMPLES.map(|(name, _)| bytes(&blocks(&chapter(name), "hex")));
     let types = streams.map(|stream| record_types(&stream)).concat();
-    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21, 0x24] {
+    for defined in [1, 2, 3, 4, 5, 6, 7, 0x20, 0x21, 0x22, 0x24] {
         assert!(
             types.contains(&defined),
             "{defined:#x} is not in {types:x?}"
