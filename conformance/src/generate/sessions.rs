@@ -6,6 +6,7 @@ mod faults;
 mod instances;
 mod loss;
 mod probes;
+mod regions;
 mod vertices;
 
 use crate::generate::Draft;
@@ -98,6 +99,7 @@ fn cases() -> Vec<Case> {
     probes::probes(&mut all);
     vertices::vertices(&mut all);
     instances::instances(&mut all);
+    regions::regions(&mut all);
     all
 }
 

@@ -6,7 +6,7 @@ use core::ops::Range;
 
 use alloc::vec::Vec;
 
-use super::packed::Walk;
+use super::packed::{FIRST, Walk};
 use super::state::{Arrays, SetState};
 use super::{Coding, Form, MOST_COEFFICIENTS, Region, RegionSet, State, contexts, raw};
 use crate::entropy;
@@ -190,35 +190,35 @@ fn read_packed(bytes: &[u8], set: &RegionSet, next: &mut Arrays) -> Result<(), E
     let size = ErrorKind::RegionsSize;
     let (boxes, rest) = bytes.split_at_checked(24 * count).ok_or(size)?;
     let (bitmap, rest) = rest.split_at_checked(count.div_ceil(8)).ok_or(size)?;
-    let bit = |at: usize| bitmap[at / 8] >> (at % 8) & 1 == 1;
-    if (count..8 * bitmap.len()).any(bit) {
+    let mut boxes = Boxes {
+        boxes,
+        centres: &[],
+        bitmap,
+    };
+    if (count..8 * bitmap.len()).any(|at| boxes.has_centre(at)) {
         return Err(ErrorKind::RegionsReserved);
     }
-    let given = (0..count).filter(|&at| bit(at)).count();
+    let given = (0..count).filter(|&at| boxes.has_centre(at)).count();
     let (centres, coded) = rest.split_at_checked(12 * given).ok_or(size)?;
-    let region = region_reader(boxes, centres, bit);
-    region(&mut |_, region| {
+    boxes.centres = centres;
+    for region in boxes.regions() {
         region.check_box()?;
-        region.check_centre()
-    })?;
+        region.check_centre()?;
+    }
     let mut contexts = contexts::initial();
     let fault = ErrorKind::RegionsEntropy;
     let mut reader = entropy::Reader::new(coded, &mut contexts, fault)?;
     let mut walk = Walk::start(&mut reader, set.signals.count, set.step, [false; 3]);
-    region(&mut |at, region| {
+    for (at, region) in boxes.regions().enumerate() {
         let form = Form {
-            centred: !bit(at),
-            ..walk.form(&mut reader, Form::read(0)?)
+            centred: !boxes.has_centre(at),
+            ..walk.form(&mut reader, FIRST)
         };
-        let form_bits = form.bits();
-        next.push(
-            set,
-            Region {
-                form: form_bits,
-                ..region
-            },
-            form,
-        )?;
+        let region = Region {
+            form: form.bits(),
+            ..region
+        };
+        next.push(set, region, form)?;
         let mut codes = [0; MOST_COEFFICIENTS];
         walk.codes(&mut reader, &mut codes)?;
         let first = next.pairs.len() - form.pairs();
@@ -226,24 +226,32 @@ fn read_packed(bytes: &[u8], set: &RegionSet, next: &mut Arrays) -> Result<(), E
         for (value, code) in values[..form.coefficients()].iter_mut().zip(codes) {
             *value = code * set.step as i16;
         }
-        Ok(())
-    })?;
+    }
     reader.end()
 }
 
-/// What visits the regions of a `packed` section, without their forms.
-fn region_reader<'a>(
+/// Boxes and centres of a `packed` section.
+struct Boxes<'a> {
     boxes: &'a [u8],
     centres: &'a [u8],
-    has_centre: impl Fn(usize) -> bool + 'a,
-) -> impl Fn(&mut dyn FnMut(usize, Region) -> Result<(), ErrorKind>) -> Result<(), ErrorKind> + 'a {
-    let floats = |bytes: &[u8]| {
-        let words = bytes.as_chunks::<4>().0;
-        [0, 1, 2].map(|at| f32::from_le_bytes(words[at]))
-    };
-    move |visit| {
-        let mut centres = centres.as_chunks::<12>().0.iter();
-        for (at, bytes) in boxes.as_chunks::<24>().0.iter().enumerate() {
+    /// Bit r: region r has a centre of its own.
+    bitmap: &'a [u8],
+}
+
+impl Boxes<'_> {
+    fn has_centre(&self, at: usize) -> bool {
+        self.bitmap[at / 8] >> (at % 8) & 1 == 1
+    }
+
+    /// The regions, without their forms.
+    fn regions(&self) -> impl Iterator<Item = Region> {
+        let floats = |bytes: &[u8]| {
+            let words = bytes.as_chunks::<4>().0;
+            [0, 1, 2].map(|at| f32::from_le_bytes(words[at]))
+        };
+        let mut centres = self.centres.as_chunks::<12>().0.iter();
+        let boxes = self.boxes.as_chunks::<24>().0.iter().enumerate();
+        boxes.map(move |(at, bytes)| {
             let mut region = Region {
                 min: floats(&bytes[..12]),
                 first: 0,
@@ -252,12 +260,11 @@ fn region_reader<'a>(
                 centre: [0.0; 3],
                 reserved: 0,
             };
-            region.centre = match has_centre(at) {
+            region.centre = match self.has_centre(at) {
                 true => centres.next().map_or([0.0; 3], |bytes| floats(bytes)),
                 false => region.middle(),
             };
-            visit(at, region)?;
-        }
-        Ok(())
+            region
+        })
     }
 }

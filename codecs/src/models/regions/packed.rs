@@ -23,8 +23,8 @@ struct Seen {
     residual: u16,
 }
 
-/// A region before the first.
-const FIRST: Form = Form {
+/// The form before the first region.
+pub(super) const FIRST: Form = Form {
     derivatives: Derivatives::Constant,
     degree: 0,
     signals: 1,

@@ -436,7 +436,7 @@ fn drawn(drafts: &mut Vec<Draft>) -> Result<(), String> {
         for region in &mut regions {
             // Mostly within 0 and 1: small coefficients about a half.
             for code in &mut region.codes {
-                *code = *code % 40;
+                *code %= 40;
             }
             for code in &mut region.codes[..usize::from(region.signals)] {
                 *code += 256;

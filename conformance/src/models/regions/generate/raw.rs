@@ -101,6 +101,17 @@ pub fn add(drafts: &mut Vec<Draft>) {
         ("signals-2", comment),
         |section| section.head[40 + 36] |= 0x10,
     );
+    let comment = "Bit 6 of the form of a centred region is set";
+    wrong_section(
+        drafts,
+        (3402, "R-022"),
+        &set,
+        ("form-bit-6-centred", comment),
+        |section| {
+            section.head[36] |= 0x60;
+            section.head[24..36].fill(0);
+        },
+    );
     for (axis, name) in [(0, "x"), (2, "z")] {
         let name = format!("centred-{name}");
         let comment = "A centred region has a centre that is not 0";
@@ -196,10 +207,13 @@ fn codes(drafts: &mut Vec<Draft>, coding: &str, set: &Set) {
     }
 }
 
+/// Name, sentence, box, centre.
+type Edge = (&'static str, &'static str, [f32; 6], Option<[f32; 3]>);
+
 /// The other side of the bounds of boxes and centres.
 fn edges(drafts: &mut Vec<Draft>, coding: &str, set: &Set) {
     let most = 2f32.powi(40).next_down();
-    let boxes: [(&str, &str, [f32; 6], Option<[f32; 3]>); 5] = [
+    let boxes: [Edge; 5] = [
         (
             "flat",
             "Boxes are flat in y.",
