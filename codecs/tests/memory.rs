@@ -1,6 +1,8 @@
 //! What decoding allocates: within the limits, and nothing once it runs.
 
 mod common;
+#[path = "common/regions.rs"]
+mod region_sets;
 #[path = "common/volumes.rs"]
 mod volumes;
 
@@ -546,6 +548,7 @@ fn allocations() {
         }
     }
     vertices_within_limits();
+    regions_within_limits();
 }
 
 /// Vertices up to the limit of state, beside points and after them; then frames that allocate nothing.
@@ -617,6 +620,74 @@ fn vertices_within_limits() {
     }
 }
 
+/// A stream of frames of regions, packed in every way, and where each frame ends.
+fn frames_of_regions(coding: regions::Coding) -> (Vec<u8>, Vec<usize>) {
+    let mut random = Random(8);
+    let set = region_sets::set(6, coding);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    let track = region_sets::region_track(7, set);
+    encoder.tracks(&mut out, &[track]).unwrap();
+    let mut ends = Vec::new();
+    for frame in 0..12 {
+        let content = region_sets::content(&set, &mut random);
+        let update = region_sets::update(7, &content);
+        let compression = [Compression::None, Compression::Lz4, ZSTD][frame % 3];
+        encoder.regions(&mut out, &[update], compression).unwrap();
+        encoder.commit(&mut out, frame as u64, None).unwrap();
+        ends.push(out.len());
+    }
+    encoder.end(&mut out).unwrap();
+    (out, ends)
+}
+
+/// Regions up to the limit of state, beside points and after them; then frames that allocate nothing.
+fn regions_within_limits() {
+    use regions::{Coding, RegionSet};
+    let of = |id, count, capacity| {
+        let set = region_sets::set(count, Coding::Packed);
+        region_sets::region_track(id, RegionSet { capacity, ..set })
+    };
+    let limits = Limits {
+        state_bytes: 8 << 20,
+        ..SMALL
+    };
+    let count = (8 << 20) / (96 + 8 * 20);
+    let alone = declared(&[of(3, count, 20 * count)]);
+    let apart = declared_apart(&[of(1, 9000, 180_000), of(2, 9000, 180_000)]);
+    let beside = declared(&[
+        track(1, PointWidths::BITS_32, 1000, 2000),
+        of(3, 20_000, 400_000),
+    ]);
+    let points_alone = declared(&[track(1, PointWidths::BITS_32, (8 << 20) / 32 - 2, 1)]);
+    within(limits, 8 << 20, |decoder| {
+        for bytes in [&points_alone, &alone, &beside, &apart, &points_alone] {
+            assert_eq!(push(decoder, bytes), Ok(()));
+            decoder.reset();
+        }
+    });
+    for coding in [Coding::Raw, Coding::Packed] {
+        let (out, ends) = frames_of_regions(coding);
+        let mut decoder = Decoder::new(Limits::default());
+        for round in 0..2 {
+            decoder.reset();
+            let mut at = 0;
+            for (frame, &end) in ends.iter().enumerate() {
+                let calls = CALLS.load(Relaxed);
+                while at < end {
+                    at += decoder.push(&out[at..end]).unwrap().0;
+                }
+                decoder.clear_dirty();
+                // The first round grows the buffers.
+                if round == 1 && frame > 0 {
+                    assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+                }
+            }
+        }
+    }
+}
+
 fn reset_and_free_gives_memory_back() {
     let bytes = stream(Compression::Lz4, false).0;
     let before = NOW.load(Relaxed);
@@ -654,7 +725,8 @@ fn refused_memory_is_an_error() {
         .unwrap();
     encoder.commit(&mut probes, 0, None).unwrap();
     encoder.end(&mut probes).unwrap();
-    for bytes in [&points, &probes] {
+    let regions = frames_of_regions(regions::Coding::Packed).0;
+    for bytes in [&points, &probes, &regions] {
         let mut refused = 0;
         for which in 1.. {
             let mut decoder = Decoder::new(Limits::default());
