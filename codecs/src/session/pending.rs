@@ -24,7 +24,7 @@ pub struct FrameInfo {
 
 impl FrameInfo {
     /// Items of a model that the frame carried: cells of `points`; of `probes` those that it changed; vertices
-    /// of `vertices`; entries of `instances`.
+    /// of `vertices`; entries of `instances`; regions of `regions`.
     pub fn count(&self, model: ModelKind) -> u32 {
         self.items[model.index()]
     }
