@@ -357,6 +357,7 @@ mod tests {
             match words[0] {
                 "dapple-dump" | "track" | "transform" | "grid" | "bucket" => None,
                 "volume" | "probe" | "values" | "visibility" => None,
+                "vertices" | "vertex" | "instances" | "entry" | "regions" | "region" => None,
                 "frame" => Some(words[..3].join(" ")),
                 "group" => Some(words[..3].join(" ")),
                 _ => Some(line.to_string()),
