@@ -46,7 +46,7 @@ impl Plan<'_> {
                 fitted
             })
             .collect();
-        let locals = self.choose_in_groups(&mut fitted, locals);
+        self.choose_in_groups(&mut fitted, &locals);
         let mut baked = Baked {
             blend: self.settings.tone.blend,
             locals,
@@ -88,14 +88,9 @@ impl Plan<'_> {
         match &surface.kind {
             Kind::Vertices(shape) => {
                 let (signals, report) = self.fit_vertices(shape, sites, gathers, |_| true);
-                let choice = Choice {
-                    rung: Rung::Vertices,
-                    functions: Vec::new(),
-                    ladder: Ladder::default(),
-                };
                 Fitted {
                     signals,
-                    choice,
+                    choice: Choice::vertices(),
                     report,
                 }
             }
@@ -135,9 +130,8 @@ impl Plan<'_> {
         let mut fitted = Fitted {
             signals,
             choice: Choice {
-                rung: Rung::Vertices,
-                functions: Vec::new(),
                 ladder: ladder.clone(),
+                ..Choice::vertices()
             },
             report,
         };
@@ -169,8 +163,8 @@ impl Plan<'_> {
             },
             choice: Choice {
                 rung: Rung::Local,
-                functions: Vec::new(),
                 ladder,
+                ..Choice::vertices()
             },
             report: Report {
                 vertices: mesh.positions.len(),
@@ -182,10 +176,9 @@ impl Plan<'_> {
         }
     }
 
-    /// Chooses the rungs of grouped instances. Returns the local values that are used.
-    fn choose_in_groups(&self, fitted: &mut [Fitted], locals: Vec<Local>) -> Vec<Local> {
+    /// Chooses the rungs of grouped instances.
+    fn choose_in_groups(&self, fitted: &mut [Fitted], locals: &[Local]) {
         let tolerance = self.settings.tolerance.unwrap_or(0.0);
-        let mut used = Vec::new();
         for (group, local) in self.groups.iter().zip(locals) {
             let size = (
                 self.signals(),
@@ -199,14 +192,10 @@ impl Plan<'_> {
                 let ladder = fitted[instance].choice.ladder.clone();
                 let allowed = |rung: Rung| rung.has_local() == has_local;
                 if let Some(chosen) = ladder.choose(tolerance, size, allowed) {
-                    self.take(instance, &mut fitted[instance], chosen, Some(&local));
+                    self.take(instance, &mut fitted[instance], chosen, Some(local));
                 }
             }
-            if has_local {
-                used.push(local);
-            }
         }
-        used
     }
 
     /// Gives an instance the values of a rung.
@@ -241,7 +230,8 @@ impl Plan<'_> {
                 values.push(unorm8(value));
             }
         }
-        fitted.signals.vertices = values;
+        let before = std::mem::replace(&mut fitted.signals.vertices, values);
+        fitted.choice.fitted = (!before.is_empty()).then_some(before);
     }
 
     /// Values at vertices from those samples of an instance that `takes` picks by number.

@@ -141,6 +141,11 @@ impl<'s> Plan<'s> {
         self.items.iter().map(|item| item.samples.len()).sum()
     }
 
+    /// Whether an instance shares local values with others of its mesh.
+    pub fn is_grouped(&self, instance: usize) -> bool {
+        matches!(self.surfaces[instance].kind, Kind::Grouped(_))
+    }
+
     /// Instances without a sample: see-through, or without area.
     pub fn unsampled(&self) -> impl Iterator<Item = usize> {
         let numbered = self.surfaces.iter().enumerate();

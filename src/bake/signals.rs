@@ -57,7 +57,7 @@ pub struct Baked {
     pub instances: Vec<InstanceSignals>,
     /// One per instance.
     pub choices: Vec<Choice>,
-    /// Local values that instances share.
+    /// Local values of meshes with several instances; used where an instance's rung has them.
     pub locals: Vec<Local>,
     /// Share of the second signal in what is shown.
     pub blend: Blend,
@@ -71,6 +71,71 @@ pub struct Choice {
     pub functions: Vec<Linear>,
     /// What was tried; empty where there was no choice.
     pub ladder: Ladder,
+    /// Values at the vertices where they were fitted and another rung is taken.
+    pub fitted: Option<Vec<Vec<u8>>>,
+}
+
+impl Choice {
+    /// Values at the vertices, without another way.
+    pub fn vertices() -> Choice {
+        Choice {
+            rung: Rung::Vertices,
+            functions: Vec::new(),
+            ladder: Ladder::default(),
+            fitted: None,
+        }
+    }
+
+    /// The held-out error of the rung; `None` where it was not measured.
+    pub fn error(&self) -> Option<f64> {
+        self.ladder.get(self.rung).map(|measured| measured.error)
+    }
+
+    /// The same instance by another rung that was tried.
+    fn with(&self, rung: Rung) -> Choice {
+        let Some(measured) = self.ladder.get(rung) else {
+            return self.clone();
+        };
+        Choice {
+            rung,
+            functions: measured.functions.clone(),
+            ..self.clone()
+        }
+    }
+}
+
+impl Baked {
+    /// The same bake with the cheapest rung everywhere: one number an instance.
+    pub fn cheapest(&self) -> Baked {
+        self.with(&|_| Rung::Scalar)
+    }
+
+    /// The same bake with the richest rung that was tried everywhere.
+    pub fn richest(&self) -> Baked {
+        let richest = |choice: &Choice| {
+            let rungs = choice.ladder.rungs.iter().map(|measured| measured.rung);
+            rungs.max().unwrap_or(choice.rung)
+        };
+        self.with(&richest)
+    }
+
+    fn with(&self, rung: &dyn Fn(&Choice) -> Rung) -> Baked {
+        let choices = self.choices.iter().map(|choice| choice.with(rung(choice)));
+        Baked {
+            choices: choices.collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Root mean square error over the held-out samples of all instances, by area; `None` where none was measured.
+    pub fn error(&self) -> Option<f64> {
+        let measured = self.choices.iter();
+        let measured = measured.filter_map(|choice| Some((choice.ladder.weight, choice.error()?)));
+        let (sum, weight) = measured.fold((0.0, 0.0), |(sum, all), (weight, error)| {
+            (sum + weight * error * error, all + weight)
+        });
+        (weight > 0.0).then(|| (sum / weight).sqrt())
+    }
 }
 
 /// Values of a mesh that its instances share.

@@ -1,18 +1,22 @@
-//! A bake as a stream: one frame, with a `vertices` track for each instance.
+//! A bake as a stream: one frame, with tracks of `vertices` for values at vertices, and of `instances` for
+//! functions of place.
 
+use super::ladder::Rung;
 use super::{Baked, Plan};
 use crate::Result;
-use crate::codec::vertices::{
-    Coding, Kernel as Distance, Signals, Update, Vertices, dithered, remap,
-};
+use crate::codec::instances::{self, Entry, Form, Table};
+use crate::codec::signals::{Kernel as Distance, Signals};
+use crate::codec::vertices::{self, Vertices, dithered, remap};
 use crate::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, Limits, LookupSpace, Model, StateDigest,
     Target, Track,
 };
+use crate::instances::server::table::{Function, table};
 use crate::limits::check_tracks;
 use crate::obscurance::Kernel;
-use crate::scene::Mesh;
+use crate::scene::{Mesh, Scene};
 use glam::Vec3;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How a bake is written.
 #[derive(Clone, Copy, Debug)]
@@ -24,46 +28,37 @@ pub struct Options {
     pub limits: Limits,
 }
 
-/// The tracks of a stream: one for each instance.
+/// What a stream carries.
+struct Content {
+    tracks: Vec<Track>,
+    /// Codes of each `vertices` track, by id.
+    vertices: Vec<(u32, Vec<u8>)>,
+    instances: Vec<(u32, Table, Vec<Entry>)>,
+}
+
+/// How far an instance's function may be from what was fitted, by quantising.
+const BOUND: f32 = crate::instances::server::table::BOUND;
+
+/// Refuses a plan of which no decoder reads the stream: with values at all vertices, the most that it can have.
 ///
 /// # Errors
 /// `Invalid` for more than the limits allow.
-pub fn tracks(plan: &Plan, options: Options) -> Result<Vec<Track>> {
+pub fn check(plan: &Plan, options: Options) -> Result<()> {
     let scene = plan.scene();
-    let signals = signals(plan);
-    let counts: Vec<u32> = scene
-        .meshes
-        .iter()
-        .map(|mesh| {
-            let last = distinct_vertices(mesh).into_iter().max();
-            last.map_or(0, |last| last + 1)
+    let distinct: Vec<Vec<u32>> = scene.meshes.iter().map(distinct_vertices).collect();
+    let instances = 0..scene.instances.len();
+    let alone = instances.filter(|instance| !plan.is_grouped(*instance));
+    let shared = plan.groups.iter().map(|group| group.instances[0]);
+    let tracks: Vec<Track> = alone
+        .chain(shared)
+        .zip(1..)
+        .map(|(instance, id)| {
+            let mesh = scene.instances[instance].mesh;
+            let vertices = declaration(plan, options, &distinct[mesh]);
+            track(scene, id, Some(instance), mesh, Model::Vertices(vertices))
         })
         .collect();
-    let numbered = scene.instances.iter().zip(1..);
-    let tracks = numbered.map(|(instance, id)| {
-        let (min, max) = bounds(&scene.meshes[instance.mesh]);
-        Track {
-            id,
-            target: Target {
-                application_id: 0,
-                path: instance.name.clone(),
-                content_hash: Some(scene.mesh_hash(instance.mesh)),
-            },
-            aabb_min: min.to_array(),
-            aabb_max: max.to_array(),
-            space: LookupSpace::Mesh,
-            model: Model::Vertices(Vertices {
-                signals,
-                count: counts[instance.mesh],
-                bits: options.bits,
-                order: Vertices::DISTINCT_ORDER,
-                coding: Coding::Packed,
-            }),
-        }
-    });
-    let tracks: Vec<Track> = tracks.collect();
-    check_tracks(&scene.name, &tracks, &options.limits)?;
-    Ok(tracks)
+    check_tracks(&scene.name, &tracks, &options.limits)
 }
 
 /// The bytes of a stream.
@@ -72,31 +67,14 @@ pub fn tracks(plan: &Plan, options: Options) -> Result<Vec<Track>> {
 /// values, since the fit welds them.
 ///
 /// # Errors
-/// As [`tracks`]; `Codec` for what else a decoder refuses.
-pub fn write(plan: &Plan, baked: &Baked, options: Options) -> Result<Vec<u8>> {
-    let scene = plan.scene();
-    let tracks = tracks(plan, options)?;
-    let instances = scene.instances.iter().zip(&baked.instances);
-    let codes: Vec<Vec<u8>> = instances
-        .map(|(instance, signals)| {
-            codes(
-                &scene.meshes[instance.mesh],
-                &signals.vertices,
-                options.bits,
-            )
-        })
-        .collect();
-    let updates = tracks.iter().zip(&codes);
-    let updates: Vec<Update> = updates
-        .map(|(track, codes)| Update {
-            track: track.id,
-            codes,
-        })
-        .collect();
-    let mut digest = StateDigest::new();
-    for update in &updates {
-        digest.vertices(update.track, None, &values(update.codes, options.bits));
-    }
+/// `Invalid` for more than the limits allow; `Codec` for what else a decoder refuses.
+pub fn write(plan: &Plan, baked: &Baked, options: Options) -> Result<(Vec<u8>, usize)> {
+    let Content {
+        tracks,
+        vertices,
+        instances,
+    } = content(plan, baked, options)?;
+    check_tracks(&plan.scene().name, &tracks, &options.limits)?;
     let mut out = Vec::new();
     let config = EncoderConfig {
         limits: options.limits,
@@ -105,10 +83,132 @@ pub fn write(plan: &Plan, baked: &Baked, options: Options) -> Result<Vec<u8>> {
     let mut encoder = Encoder::new(config, &mut out)?;
     encoder.group(&mut out, GroupStart::Keyframes)?;
     encoder.tracks(&mut out, &tracks)?;
-    encoder.vertices(&mut out, &updates, options.compression)?;
+    let mut digest = StateDigest::new();
+    if !vertices.is_empty() {
+        let updates: Vec<vertices::Update> = vertices
+            .iter()
+            .map(|(track, codes)| vertices::Update {
+                track: *track,
+                codes,
+            })
+            .collect();
+        encoder.vertices(&mut out, &updates, options.compression)?;
+        for update in &updates {
+            digest.vertices(update.track, None, &values(update.codes, options.bits));
+        }
+    }
+    if !instances.is_empty() {
+        let updates: Vec<instances::Update> = instances
+            .iter()
+            .map(|(track, _, entries)| instances::Update {
+                track: *track,
+                entries,
+            })
+            .collect();
+        encoder.instances(&mut out, &updates, options.compression)?;
+        for (track, table, entries) in &instances {
+            let keys: Vec<u64> = entries.iter().map(|entry| entry.key).collect();
+            let signals = usize::from(table.signals.count);
+            let codes = entries.iter().flat_map(|entry| &entry.codes[..signals]);
+            let step = table.step as i16;
+            let values: Vec<instances::Value> = codes.map(|c| c.map(|code| code * step)).collect();
+            digest.instances(*track, None, &keys, &values);
+        }
+    }
     encoder.commit(&mut out, 0, Some(digest.finish()))?;
     encoder.end(&mut out)?;
-    Ok(out)
+    Ok((out, tracks.len()))
+}
+
+/// Tracks of local values, then those of instances with values of their own, then a table for each mesh whose
+/// instances have functions.
+fn content(plan: &Plan, baked: &Baked, options: Options) -> Result<Content> {
+    let scene = plan.scene();
+    let mut content = Content {
+        tracks: Vec::new(),
+        vertices: Vec::new(),
+        instances: Vec::new(),
+    };
+    let own = baked.choices.iter().enumerate();
+    let own = own.filter(|(_, choice)| choice.rung == Rung::Vertices);
+    let own = own.map(|(i, _)| {
+        let fitted = baked.choices[i].fitted.as_ref();
+        let signals = fitted.unwrap_or(&baked.instances[i].vertices);
+        (Some(i), scene.instances[i].mesh, signals)
+    });
+    let all = scene.instances.iter().zip(&baked.choices);
+    let with_local = all.filter(|(_, choice)| choice.rung.has_local());
+    let with_local: BTreeSet<usize> = with_local.map(|(instance, _)| instance.mesh).collect();
+    let shared = baked
+        .locals
+        .iter()
+        .filter(|local| with_local.contains(&local.mesh));
+    let shared = shared.map(|local| (None, local.mesh, &local.signals));
+    for (instance, mesh, signals) in shared.chain(own) {
+        let id = content.tracks.len() as u32 + 1;
+        let distinct = distinct_vertices(&scene.meshes[mesh]);
+        let model = Model::Vertices(declaration(plan, options, &distinct));
+        content.tracks.push(track(scene, id, instance, mesh, model));
+        content
+            .vertices
+            .push((id, codes(&distinct, signals, options.bits)));
+    }
+    // Equal meshes share a table.
+    let mut functions: BTreeMap<u64, (usize, Vec<Function>)> = BTreeMap::new();
+    for (instance, choice) in scene.instances.iter().zip(&baked.choices) {
+        let form = match choice.rung {
+            Rung::Scalar | Rung::LocalScalar => Form::Scalar,
+            Rung::Linear | Rung::LocalLinear => Form::Linear,
+            Rung::Local | Rung::Vertices => continue,
+        };
+        let of_mesh = functions.entry(scene.mesh_hash(instance.mesh));
+        let (_, of_mesh) = of_mesh.or_insert_with(|| (instance.mesh, Vec::new()));
+        let coefficients = choice.functions.iter();
+        of_mesh.push(Function {
+            key: instances::key(&instance.name),
+            form,
+            coefficients: coefficients.map(|f| f.map(|c| c as f32)).collect(),
+        });
+    }
+    let mut of_meshes: Vec<(usize, Vec<Function>)> = functions.into_values().collect();
+    of_meshes.sort_by_key(|(mesh, _)| *mesh);
+    for (mesh, functions) in of_meshes {
+        let coding = instances::Coding::Packed;
+        if let Some((table, entries)) = table(signals(plan), &functions, BOUND, coding)? {
+            let id = content.tracks.len() as u32 + 1;
+            let model = Model::Instances(table);
+            content.tracks.push(track(scene, id, None, mesh, model));
+            content.instances.push((id, table, entries));
+        }
+    }
+    Ok(content)
+}
+
+/// A track of an instance, or of all instances of a mesh.
+fn track(scene: &Scene, id: u32, instance: Option<usize>, mesh: usize, model: Model) -> Track {
+    let (min, max) = bounds(&scene.meshes[mesh]);
+    Track {
+        id,
+        target: Target {
+            application_id: 0,
+            path: instance.map_or(String::new(), |i| scene.instances[i].name.clone()),
+            content_hash: Some(scene.mesh_hash(mesh)),
+        },
+        aabb_min: min.to_array(),
+        aabb_max: max.to_array(),
+        space: LookupSpace::Mesh,
+        model,
+    }
+}
+
+fn declaration(plan: &Plan, options: Options, distinct: &[u32]) -> Vertices {
+    Vertices {
+        signals: signals(plan),
+        count: distinct.iter().max().map_or(0, |last| last + 1),
+        bits: options.bits,
+        order: Vertices::DISTINCT_ORDER,
+        coding: vertices::Coding::Packed,
+    }
 }
 
 /// What the values are.
@@ -141,10 +241,10 @@ fn distinct_vertices(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// The codes of the distinct vertices of a mesh, signals side by side.
-fn codes(mesh: &Mesh, signals: &[Vec<u8>], bits: u8) -> Vec<u8> {
+fn codes(distinct: &[u32], signals: &[Vec<u8>], bits: u8) -> Vec<u8> {
     let mut next = 0;
     let mut codes = Vec::new();
-    for (vertex, distinct) in distinct_vertices(mesh).into_iter().enumerate() {
+    for (vertex, &distinct) in distinct.iter().enumerate() {
         if distinct == next {
             next += 1;
             codes.extend(signals.iter().map(|signal| match bits {

@@ -2,10 +2,12 @@ use super::*;
 use crate::client::Client;
 use crate::codec::vertices::remap;
 use crate::codec::{Compression, Limits};
+use crate::instances::client::InstancesView;
 use crate::obscurance::shapes;
 use crate::obscurance::{Blend, Remap};
 use crate::scene::{Instance, Pose, Scene};
 use crate::vertices::Sampling;
+use crate::vertices::client::VerticesView;
 use crate::world::World;
 use glam::{Affine3A, Vec3};
 use ladder::Rung;
@@ -260,7 +262,7 @@ fn streams_hold_the_values_of_every_vertex() {
                 compression: Compression::PAPER,
                 limits: Limits::default(),
             };
-            let bytes = stream::write(plan, &baked, options).expect("a stream");
+            let (bytes, _) = stream::write(plan, &baked, options).expect("a stream");
             let mut client = Client::of_scene(scene, Limits::default());
             client.push(&bytes).expect("a sound stream");
             assert!(client.ended());
@@ -281,4 +283,51 @@ fn streams_hold_the_values_of_every_vertex() {
             }
         }
     });
+}
+
+/// What a client shows of instances that share local values is what the bake says.
+#[test]
+fn streams_hold_functions_of_instances() {
+    for tolerance in [None, Some(0.0), Some(0.05), Some(1.0)] {
+        let settings = Settings {
+            instances: true,
+            tolerance,
+            ..fine()
+        };
+        with_boxes(settings, |plan, baked| {
+            let options = stream::Options {
+                bits: 8,
+                compression: Compression::None,
+                limits: Limits::default(),
+            };
+            let (bytes, _) = stream::write(plan, baked, options).expect("a stream");
+            for other in [baked.cheapest(), baked.richest()] {
+                let (other, _) = stream::write(plan, &other, options).expect("a stream");
+                let mut client = Client::of_scene(plan.scene(), Limits::default());
+                client.push(&other).expect("a sound stream");
+            }
+            let mut client = Client::of_scene(plan.scene(), Limits::default());
+            client.push(&bytes).expect("a sound stream");
+            let values = VerticesView::new(&client);
+            let functions = InstancesView::new(&client);
+            for (i, expected) in baked.instances.iter().enumerate() {
+                let mesh = &plan.scene().meshes[plan.scene().instances[i].mesh];
+                let arrays =
+                    |v: &[Vec3]| -> Vec<[f32; 3]> { v.iter().map(|v| v.to_array()).collect() };
+                let remap = remap(&arrays(&mesh.positions), &arrays(&mesh.normals));
+                for (vertex, position) in mesh.positions.iter().enumerate() {
+                    let corner = [remap[vertex]; 3];
+                    let at_vertex = values.of_instance(i);
+                    let local = at_vertex
+                        .map_or(1.0, |v| v.values.ao(values.values, corner, [1.0, 0.0, 0.0]));
+                    let shown = match at_vertex {
+                        Some(own) if own.is_own => local,
+                        _ => functions.ao(i, position.to_array(), local),
+                    };
+                    let expected = f32::from(expected.vertices[0][vertex]) / 255.0;
+                    assert!((shown - expected).abs() < 1.0 / 255.0, "{shown} {expected}");
+                }
+            }
+        });
+    }
 }

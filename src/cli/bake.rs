@@ -91,6 +91,15 @@ struct QualityArgs {
     /// A curve for contrast, straight between its knots: `0:0.1,0.5:0.6,1:1` makes black 0.1.
     #[arg(long, value_name = "IN:OUT,...", value_parser = remap)]
     remap: Option<Remap>,
+    /// Describe meshes with several instances by local values that they share and, for each instance, a linear
+    /// function of place.
+    #[arg(long)]
+    instances: bool,
+    /// Describe each instance in the cheapest way whose error is at most this: a number, a linear function of
+    /// place, the same times shared local values, or values at its vertices. The error is the root mean square over
+    /// samples that are held out, noise of their rays included.
+    #[arg(long, value_name = "ERROR", value_parser = args::share)]
+    tolerance: Option<f32>,
     /// Weight of smoothness between neighbouring faces.
     #[arg(long, value_name = "WEIGHT", default_value = "1", value_parser = args::weight)]
     alpha: f64,
@@ -166,7 +175,8 @@ impl QualityArgs {
                 remap: self.remap.clone().unwrap_or_default(),
             },
             foliage,
-            ..Settings::default()
+            instances: self.instances || self.tolerance.is_some(),
+            tolerance: self.tolerance.map(f64::from),
         })
     }
 }

@@ -341,6 +341,8 @@ const BAKE: &[Effect] = &[
             "ao",
             "separate",
             "remap",
+            "instances",
+            "tolerance",
             "alpha",
             "task",
             "merge",

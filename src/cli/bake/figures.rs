@@ -1,8 +1,9 @@
 //! The figures of a bake.
 
-use super::super::output::significant;
+use super::super::output::{counted, significant};
 use super::gltf::GltfFigures;
-use super::stream::StreamFigures;
+use super::stream::{Alternative, StreamFigures};
+use crate::bake::ladder::Rung;
 use crate::bake::signals::shown;
 use crate::bake::{Baked, Plan};
 use crate::measure::table::grouped;
@@ -48,6 +49,26 @@ pub struct Figures {
     pub gltf: Option<GltfFigures>,
     /// Meshes whose instances attenuate rays.
     pub foliage: Vec<FoliageFigures>,
+    /// Instances by rung; empty where all have values at their vertices.
+    pub rungs: Vec<RungFigures>,
+    /// Instances of which no rung is within the tolerance.
+    pub beyond_tolerance: Vec<BeyondTolerance>,
+}
+
+/// Instances that take a rung.
+#[derive(Clone, Debug, Serialize)]
+pub struct RungFigures {
+    pub rung: &'static str,
+    pub instances: usize,
+}
+
+/// An instance that no rung describes within the tolerance.
+#[derive(Clone, Debug, Serialize)]
+pub struct BeyondTolerance {
+    pub instance: String,
+    /// The rung with the least error, which it takes.
+    pub rung: &'static str,
+    pub error: f64,
 }
 
 /// A mesh that is foliage.
@@ -83,6 +104,8 @@ impl Figures {
             vertices_from_mean: sum(|r| r.fit.filled.from_default),
             vertices_see_through: sum(|r| r.fit.filled.see_through),
             foliage: foliage(plan),
+            rungs: rungs(baked),
+            beyond_tolerance: beyond_tolerance(plan, baked),
             ..Figures::default()
         }
     }
@@ -115,13 +138,45 @@ impl Figures {
             };
             text += &format!("foliage: {}{more}\n", names.join(", "));
         }
+        if !self.rungs.is_empty() {
+            let rungs = self.rungs.iter();
+            let rungs =
+                rungs.map(|r| format!("{} {}", counted(r.instances as u64, "instance"), r.rung));
+            text += &format!("{}\n", rungs.collect::<Vec<_>>().join("; "));
+        }
+        let beyond = self.beyond_tolerance.iter().take(SHOWN);
+        for BeyondTolerance {
+            instance,
+            rung,
+            error,
+        } in beyond
+        {
+            text += &format!("beyond the tolerance: {instance} errs by {error:.4} ({rung})\n");
+        }
+        if let Some(more) = self.beyond_tolerance.len().checked_sub(SHOWN + 1) {
+            text += &format!("beyond the tolerance: {} more\n", grouped(more as u64 + 1));
+        }
         if let Some(stream) = &self.stream {
             text += &format!(
-                "{}: {} bytes, {} tracks\n",
+                "{}: {} bytes, {}\n",
                 stream.file,
                 grouped(stream.bytes),
-                grouped(stream.tracks as u64)
+                counted(stream.tracks as u64, "track")
             );
+            if let Some(all) = &stream.alternatives {
+                let line = |name: &str, it: &Alternative| {
+                    let error = it
+                        .error
+                        .map_or(String::new(), |e| format!(", error {e:.4}"));
+                    format!("{name}: {} bytes{error}", grouped(it.bytes))
+                };
+                text += &format!(
+                    "{}; {}; {}\n",
+                    line("chosen", &all.chosen),
+                    line("cheapest everywhere", &all.cheapest),
+                    line("richest everywhere", &all.richest)
+                );
+            }
         }
         if let Some(gltf) = &self.gltf {
             text += &format!(
@@ -144,6 +199,41 @@ impl Figures {
         }
         text
     }
+}
+
+/// Instances by rung; empty where all have values at their vertices.
+fn rungs(baked: &Baked) -> Vec<RungFigures> {
+    let count = |rung: Rung| {
+        let choices = baked.choices.iter();
+        choices.filter(|choice| choice.rung == rung).count()
+    };
+    if count(Rung::Vertices) == baked.choices.len() {
+        return Vec::new();
+    }
+    let all = Rung::ALL.map(|rung| RungFigures {
+        rung: rung.name(),
+        instances: count(rung),
+    });
+    all.into_iter().filter(|r| r.instances > 0).collect()
+}
+
+/// Instances of which no rung is within the tolerance, the worst first.
+fn beyond_tolerance(plan: &Plan, baked: &Baked) -> Vec<BeyondTolerance> {
+    let Some(tolerance) = plan.settings().tolerance else {
+        return Vec::new();
+    };
+    let choices = plan.scene().instances.iter().zip(&baked.choices);
+    let beyond = choices.filter_map(|(instance, choice)| {
+        let error = choice.error().filter(|error| *error > tolerance)?;
+        Some(BeyondTolerance {
+            instance: instance.name.clone(),
+            rung: choice.rung.name(),
+            error,
+        })
+    });
+    let mut beyond: Vec<BeyondTolerance> = beyond.collect();
+    beyond.sort_by(|a, b| b.error.total_cmp(&a.error));
+    beyond
 }
 
 /// Most meshes that are named.

@@ -5,7 +5,7 @@ use super::super::inputs::is_dash;
 use super::super::limits::LimitArgs;
 use super::super::output::Sink;
 use crate::Result;
-use crate::bake::stream::{Options, tracks, write};
+use crate::bake::stream::{Options, check, write};
 use crate::bake::{Baked, Plan};
 use crate::codec::Compression;
 use serde::Serialize;
@@ -49,6 +49,25 @@ pub struct StreamFigures {
     pub file: String,
     pub bytes: u64,
     pub tracks: usize,
+    /// With a tolerance: what other choices would have cost.
+    pub alternatives: Option<Alternatives>,
+}
+
+/// Size and held-out error of three choices of rungs.
+#[derive(Clone, Debug, Serialize)]
+pub struct Alternatives {
+    pub chosen: Alternative,
+    /// One number for each instance.
+    pub cheapest: Alternative,
+    /// The most that was tried for each instance.
+    pub richest: Alternative,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Alternative {
+    pub bytes: u64,
+    /// Root mean square over held-out samples, by area.
+    pub error: Option<f64>,
 }
 
 impl StreamArgs {
@@ -81,9 +100,9 @@ impl Stream {
     /// Refuses what no decoder reads, before anything is traced.
     ///
     /// # Errors
-    /// As [`tracks`].
+    /// As [`check`].
     pub fn check(&self, plan: &Plan) -> Result<()> {
-        tracks(plan, self.options).map(drop)
+        check(plan, self.options)
     }
 
     /// Writes the stream.
@@ -91,13 +110,28 @@ impl Stream {
     /// # Errors
     /// `Codec` for more than the limits allow, `Io` where it cannot be written.
     pub fn write(mut self, plan: &Plan, baked: &Baked) -> Result<StreamFigures> {
-        let bytes = write(plan, baked, self.options)?;
+        let (bytes, tracks) = write(plan, baked, self.options)?;
         self.sink.write(&bytes)?;
         self.sink.finish()?;
+        let alternative = |baked: &Baked| -> Result<Alternative> {
+            Ok(Alternative {
+                bytes: write(plan, baked, self.options)?.0.len() as u64,
+                error: baked.error(),
+            })
+        };
+        let alternatives = match plan.settings().tolerance {
+            None => None,
+            Some(_) => Some(Alternatives {
+                chosen: alternative(baked)?,
+                cheapest: alternative(&baked.cheapest())?,
+                richest: alternative(&baked.richest())?,
+            }),
+        };
         Ok(StreamFigures {
             file: self.path.display().to_string(),
             bytes: bytes.len() as u64,
-            tracks: baked.instances.len(),
+            tracks,
+            alternatives,
         })
     }
 }
