@@ -10,6 +10,7 @@
 //!   against obscurance there with 1,024 rays about the normal (2 m, 300 m, and 97 % of the second with 3 %
 //!   of the first); points inside geometry are left out. Each region has the model of the rung, or the
 //!   richest that its samples allow; `regularised` says whether neighbours were made to agree.
+//! - `bytes a region`: of the blend alone, in both codings, with no AO off by more than 1/256 by quantising.
 //! - `jump`: the difference of the blend between a point just inside and one just outside a face of a box,
 //!   at random points of the faces and random normals, where both lie in the free space, see each other
 //!   and have different boxes.
@@ -17,10 +18,16 @@
 //!
 //! Times are by the clock, all threads.
 
-use dapple::obscurance::Obscurance;
+use dapple::codec::regions::{Coding, Update};
+use dapple::codec::signals::{Kernel, Signals};
+use dapple::codec::{
+    Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model as TrackModel, Target,
+    Track,
+};
+use dapple::obscurance::{HALF_DISTANCES, Obscurance};
 use dapple::regions::server::{
     self, Bake, Centres, Derivatives, Form, Layout, Model, Plan, RegionSamples, Seconds, Settings,
-    file, fit, model, regularise, samples,
+    file, fit, model, regularise, samples, stored,
 };
 use dapple::rng::Rng;
 use dapple::scene::Scene;
@@ -29,6 +36,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
+
+/// How far quantising may move AO: what 8 bits can show.
+const BOUND: f32 = 1.0 / 256.0;
 
 struct Options {
     scene: String,
@@ -143,8 +153,10 @@ fn run(options: &Options) -> dapple::Result<()> {
         bench.crossings.len()
     );
     println!();
-    println!("rung                 bytes of   RMSE                        jump");
-    println!("                     16 bits     2 m     300 m   blend     mean    99 %    largest");
+    println!("rung                 bytes a region  RMSE                        jump");
+    println!(
+        "                     raw   packed    2 m     300 m   blend     mean    99 %    largest"
+    );
     for derivatives in Derivatives::ALL {
         let own = bench.models(derivatives);
         let mut regularised = own.clone();
@@ -158,7 +170,9 @@ fn run(options: &Options) -> dapple::Result<()> {
         }
     }
     println!();
-    println!("beta (Sided L1)      bytes of   RMSE                        jump");
+    println!(
+        "beta (Sided L1)      raw   packed    2 m     300 m   blend     mean    99 %    largest"
+    );
     for beta in [0.1, 0.3, 1.0, 3.0, 10.0, 100.0] {
         let mut models = bench.models(sided);
         let energies = bench.regularise(&mut models, regularise::Settings { beta, sweeps: 64 });
@@ -330,17 +344,60 @@ impl Bench<'_> {
             let last = jumps.len().saturating_sub(1) as f64;
             jumps.get((share * last) as usize).copied().unwrap_or(0.0)
         };
-        let derivatives = models.iter().map(|m| m.derivatives.terms()).max();
-        let coefficients = derivatives.unwrap_or(1) * (degree + 1) * (degree + 1);
+        let [raw, packed] =
+            [Coding::Raw, Coding::Packed].map(|coding| self.bytes(models, degree, coding));
         println!(
-            "{name:<20} {:>8}   {:>7.4} {:>7.4} {:>7.4}   {mean:>7.4} {:>7.4} {:>7.4}",
-            2 * coefficients,
+            "{name:<20} {raw:>5.1} {packed:>6.1}   {:>7.4} {:>7.4} {:>7.4}   {mean:>7.4} {:>7.4} {:>7.4}",
             rmse[0],
             rmse[1],
             rmse[2],
             at(0.99),
             at(1.0)
         );
+    }
+}
+
+impl Bench<'_> {
+    /// Bytes a region of one signal, quantised so that no AO is off by more than [`BOUND`]: of the record's
+    /// payload, header and table included.
+    fn bytes(&self, models: &[Model], degree: usize, coding: Coding) -> f64 {
+        let form = |model: &Model| Form {
+            derivatives: model.derivatives,
+            degree,
+            signals: 1,
+        };
+        let regions: Vec<(&Model, Form)> = models.iter().map(|m| (m, form(m))).collect();
+        let signals = Signals {
+            count: 1,
+            kernels: HALF_DISTANCES.map(Kernel::exponential),
+            share: self.share as f32,
+        };
+        let (set, content) =
+            stored::store(&regions, 2, signals, BOUND, coding).expect("models can be stored");
+        let track = Track {
+            id: 1,
+            target: Target::default(),
+            aabb_min: [0.0; 3],
+            aabb_max: [1.0; 3],
+            space: LookupSpace::Mesh,
+            model: TrackModel::Regions(set),
+        };
+        let mut out = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).expect("a stream");
+        encoder
+            .group(&mut out, GroupStart::Keyframes)
+            .expect("a group");
+        encoder.tracks(&mut out, &[track]).expect("a track");
+        let before = out.len();
+        let update = Update {
+            track: 1,
+            regions: &content.regions,
+            pairs: &content.pairs,
+        };
+        encoder
+            .regions(&mut out, &[update], Compression::None)
+            .expect("content of the track");
+        (out.len() - before) as f64 / models.len().max(1) as f64
     }
 }
 

@@ -108,7 +108,7 @@ impl Grid<'_> {
                 .filter_map(|side| self.new_cells(low, high, side).map(|new| (new, side)))
                 .max_by_key(|&(new, side)| (new, std::cmp::Reverse(side)));
             match best {
-                Some((_, side)) if side % 2 == 0 => low[side / 2] -= 1,
+                Some((_, side)) if is_low(side) => low[side / 2] -= 1,
                 Some((_, side)) => high[side / 2] += 1,
                 None => return (low, high),
             }
@@ -120,7 +120,7 @@ impl Grid<'_> {
         let axis = side / 2;
         let (mut first, mut last) = (low, high);
         // The layer, and the lower of the two cells of each passage into it.
-        let into = if side % 2 == 0 {
+        let into = if is_low(side) {
             first[axis] = low[axis].checked_sub(1)?;
             first[axis]
         } else {
@@ -177,4 +177,9 @@ impl Grid<'_> {
         }
         new
     }
+}
+
+/// Sides are -x, +x, -y, +y, -z, +z.
+fn is_low(side: usize) -> bool {
+    side & 1 == 0
 }

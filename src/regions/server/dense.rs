@@ -58,14 +58,14 @@ pub fn solve(matrix: &Matrix, n: usize, right: &[Channels; MAX]) -> [Channels; M
         }
     }
     for i in 0..n {
-        for j in 0..i {
-            subtract(&mut x, i, j, l[i][j]);
+        for (j, factor) in l[i][..i].iter().enumerate() {
+            subtract(&mut x, i, j, *factor);
         }
         x[i].iter_mut().for_each(|x| *x /= l[i][i]);
     }
     for i in (0..n).rev() {
-        for j in i + 1..n {
-            subtract(&mut x, i, j, l[j][i]);
+        for (j, row) in l.iter().enumerate().take(n).skip(i + 1) {
+            subtract(&mut x, i, j, row[i]);
         }
         x[i].iter_mut().for_each(|x| *x /= l[i][i]);
     }

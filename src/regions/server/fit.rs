@@ -8,6 +8,7 @@ use super::basis::{COUNT, SQUARE};
 use super::dense::{self, MAX, Matrix};
 use super::model::{Derivatives, Model};
 use super::samples::{Channels, MAX_SIGNALS, RegionSamples, Sample};
+use super::stored::LARGEST;
 use crate::trace::Aabb;
 use glam::Vec3;
 
@@ -30,7 +31,7 @@ pub enum Layout {
     Plane,
     /// On a line, or too few for a gradient in space.
     Line,
-    /// In one place, or too few for any derivative.
+    /// In one place, or too few or too close for any derivative.
     Point,
     /// There are none.
     Empty,
@@ -65,6 +66,15 @@ pub struct Fitted {
     pub residual: f64,
 }
 
+impl Fitted {
+    /// Whether the format holds its coefficients. Samples in a thin layer of a box may have a steeper
+    /// slope.
+    fn is_storable(&self) -> bool {
+        let mut terms = self.model.terms.iter().flatten();
+        terms.all(|term| term.abs() <= LARGEST)
+    }
+}
+
 /// Fits the derivatives that the samples allow, from none to the richest.
 pub fn fit(bounds: Aabb, samples: &RegionSamples, centres: Centres) -> (Layout, Vec<Fitted>) {
     let middle = Model::middle(&bounds);
@@ -92,13 +102,20 @@ pub fn fit(bounds: Aabb, samples: &RegionSamples, centres: Centres) -> (Layout, 
         2.. if enough(Derivatives::None) && count >= 2 * PER_TERM => Layout::Line,
         _ => return (Layout::Point, fitted),
     };
-    fitted.push(gradient.solve());
+    let gradient = gradient.solve();
+    if !gradient.is_storable() {
+        return (Layout::Point, fitted);
+    }
+    fitted.push(gradient);
     if layout != Layout::OneSided || !enough(Derivatives::Sided) {
         return (layout, fitted);
     }
     let at = |centre: Vec3| {
         let normal = Normal::new(&bounds, centre, Derivatives::Sided, &samples.samples);
-        (normal.rank() == Derivatives::Sided.terms()).then(|| normal.solve())
+        let determined = normal.rank() == Derivatives::Sided.terms();
+        determined
+            .then(|| normal.solve())
+            .filter(Fitted::is_storable)
     };
     let better = |best: Option<Fitted>, next: Option<Fitted>| match (best, next) {
         (Some(best), Some(next)) if next.residual >= best.residual => Some(best),

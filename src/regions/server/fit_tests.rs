@@ -433,3 +433,68 @@ fn small_region_goes_to_the_neighbour_that_is_like_it() {
         .is_empty()
     );
 }
+
+/// What a client shows of what is stored is the model, to the bound.
+#[test]
+fn stored_models_are_within_the_bound() {
+    use crate::codec::regions::Coding;
+    use crate::codec::signals::{Kernel, Signals};
+    use crate::regions::sample::Regions;
+    let kernels = [2.0, 300.0].map(Kernel::exponential);
+    let signals = Signals::two(kernels[0], kernels[1], 0.75);
+    let mut random = Rng::new(11);
+    let mut models = Vec::new();
+    for i in 0..18 {
+        let shift = Vec3::X * (4.0 * i as f32);
+        let bounds = Aabb {
+            min: BOX.min + shift,
+            max: BOX.max + shift,
+        };
+        let off = Vec3::new(random.unit(), random.unit(), random.unit()) - 0.5;
+        let centre = Model::middle(&bounds) + if i % 2 == 0 { off } else { Vec3::ZERO };
+        models.push(random_model(
+            bounds,
+            centre,
+            Derivatives::ALL[i % 3],
+            i as u64,
+        ));
+    }
+    for bound in [1e-3, 1e-2, 0.1] {
+        let forms: Vec<(&Model, Form)> = models
+            .iter()
+            .enumerate()
+            .map(|(i, model)| {
+                let form = Form {
+                    derivatives: model.derivatives,
+                    degree: i / 3 % 3,
+                    signals: 1 + i / 9,
+                };
+                (model, form)
+            })
+            .collect();
+        let (set, content) =
+            stored::store(&forms, 2, signals, bound, Coding::Packed).expect("sound models");
+        let client = Regions::new(&set, &content.regions, &content.pairs);
+        for _ in 0..2000 {
+            let at = Vec3::new(random.unit(), random.unit(), random.unit());
+            let i = (random.unit() * 18.0) as usize;
+            let (model, form) = forms[i];
+            let p = model.bounds.min + at * (model.bounds.max - model.bounds.min);
+            let n = direction(&mut random);
+            let [a, b] = model::evaluate(&model.channels(p), form.degree, n);
+            let got = f64::from(client.sample(i, p, n));
+            let error = (got - model::blend(a, b, 0.75)).abs();
+            assert!(
+                error <= f64::from(bound) + 1e-5,
+                "{bound} {form:?}: {error}"
+            );
+        }
+    }
+    let form = Form {
+        derivatives: Derivatives::None,
+        degree: 0,
+        signals: 1,
+    };
+    assert!(stored::store(&[(&models[0], form)], 2, signals, 0.0, Coding::Raw).is_err());
+    assert!(stored::store(&[], 2, signals, f32::NAN, Coding::Raw).is_err());
+}

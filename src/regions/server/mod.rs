@@ -8,8 +8,9 @@
 //! 4. [`ladder`]: every form of the [`model`] that the samples of a region allow ([`fit`](mod@fit)), with
 //!    its error on the test points.
 //! 5. [`regularise`](mod@regularise): models that agree better at the boundaries.
+//! 6. [`stored`]: what the format holds of them.
 //!
-//! [`plan`] does the first step, [`bake`] all. Steps 2 and 4 are pure functions of one region. Nothing
+//! [`plan`] does the first step, [`bake`] all but the last. Steps 2 and 4 are pure functions of one region. Nothing
 //! depends on the number of threads.
 
 pub mod absorb;
@@ -25,6 +26,7 @@ pub mod regularise;
 pub mod samples;
 pub mod space;
 pub mod split;
+pub mod stored;
 
 #[cfg(test)]
 mod fit_tests;
