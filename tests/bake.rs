@@ -380,7 +380,7 @@ fn foliage_attenuates_where_it_is_asked_for() {
         let figures: serde_json::Value = serde_json::from_str(&runs(at, &line)).expect("JSON");
         assert_eq!(
             figures["foliage"].as_array().map_or(0, Vec::len),
-            usize::from(options != "")
+            usize::from(!options.is_empty())
         );
         figures["mean"].as_f64().expect("a number")
     };

@@ -3,8 +3,8 @@
 //! - [`json`]: JSON of which only what changes is taken apart.
 //! - [`document`]: the file being changed; new data goes to the end of one buffer.
 //! - [`attributes`]: values per vertex as `_AO`, and per instance for `EXT_mesh_gpu_instancing`.
-//! - [`colors`]: values multiplied into `COLOR_0`.
-//! - [`occlusion`]: values as a texture, drawn by [`raster`].
+//! - `colors`: values multiplied into `COLOR_0`.
+//! - `occlusion`: values as a texture, drawn by `raster`.
 //!
 //! Whatever the file has beyond that stays as it was, what this program does not understand included.
 

@@ -156,7 +156,7 @@ mod tests {
             for i in 0..4 {
                 let mut corners = [centre, rim[i], rim[(i + 1) % 4]];
                 corners.rotate_left((rng.draw() % 3) as usize);
-                if rng.draw() % 2 == 0 {
+                if rng.draw().is_multiple_of(2) {
                     corners.swap(0, 1);
                 }
                 assert!(canvas.draw(corners, [0.5; 3]), "{centre:?}");
