@@ -12,6 +12,7 @@ from pathlib import Path
 import lz4.block
 import zstandard
 
+import instances
 import light
 import probes
 from decoder import answer, read_options
@@ -21,7 +22,7 @@ from limits import Limits
 from packing import unpack_lz4, unpack_zstd
 from rangecoder import RangeDecoder
 from sampling import dot, normalised, octahedral
-from tracks import PACKED, RAW, Volume
+from tracks import PACKED, RAW, Table, Volume
 
 SPEC = Path(sys.argv[1])
 
@@ -772,6 +773,22 @@ def test_share() -> None:
     assert abs(share(51, 0, 0.2 + 1 / 255) - 0.5**3 * (0.5**3 / 0.2) ** 2) < 1e-9  # V at its least
     assert share(255, 0, 9) == share(0, 0, 0) == 1
     assert share(254, 0, 9) < 1e-6
+
+
+def test_instances_example() -> None:
+    """instances.md, section 11: both sections, the digest, and the AO."""
+    text = (SPEC / "instances.md").read_text(encoding="utf-8").partition("## 11.")[2]
+    sections = [bytes.fromhex(block) for block in re.findall(r"```text\n(.*?)```", text, re.S)]
+    mesh = struct.unpack("<6I", struct.pack("<6f", -1, 0, 0, 1, 2, 2))
+    two = struct.unpack("<I", struct.pack("<f", 2.0))[0]
+    for coding, read, section in zip((RAW, PACKED), (instances.read_raw, instances.read_packed), sections):
+        table = Table(1, coding, 0, 0, True, 7, "", mesh, 1, (1, 0), (two, 0), 0, 3, 0, 1024)
+        content = instances.Content(read(table, section))
+        state = struct.pack("<II48x", 1, 0) + content.digest_bytes()
+        assert f"{xxh64(state):016x}" in text
+        ao = instances.ambient_occlusion(table, content, "c", (0, 0.5, 1), 0.5)
+        assert f"{ao:.4f}" == "0.3594" and "is 0.3594" in text
+        assert instances.ambient_occlusion(table, content, "d", (0, 0, 0), 0.5) == 0.5
 
 
 if __name__ == "__main__":

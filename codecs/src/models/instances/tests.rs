@@ -68,8 +68,8 @@ fn encoder_digest(table: &Table, entries: &[Entry]) -> u64 {
 
 /// Entries of every sort: hashed keys or neighbours, codes at the ends of their range or in the middle.
 fn draw_entries(table: &Table, state: &mut u64) -> Vec<Entry> {
-    let dense = draw(state) % 4 == 0;
-    let wide = draw(state) % 2 == 0;
+    let dense = draw(state).is_multiple_of(4);
+    let wide = draw(state).is_multiple_of(2);
     let mut keys: Vec<u64> = (0..table.count)
         .map(|at| match dense {
             true => u64::MAX - u64::from(at),
