@@ -1,6 +1,8 @@
 //! What decoding allocates: within the limits, and nothing once it runs.
 
 mod common;
+#[path = "common/tables.rs"]
+mod instance_tables;
 #[path = "common/regions.rs"]
 mod region_sets;
 #[path = "common/volumes.rs"]
@@ -548,6 +550,7 @@ fn allocations() {
         }
     }
     vertices_within_limits();
+    instances_within_limits();
     regions_within_limits();
 }
 
@@ -616,6 +619,71 @@ fn vertices_within_limits() {
         // The first of each packing makes room for it.
         if frame > 3 {
             assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+        }
+    }
+}
+
+/// A stream of frames of instances, packed in every way, and where each frame ends.
+fn frames_of_instances(coding: instances::Coding) -> (Vec<u8>, Vec<usize>) {
+    let mut random = Random(8);
+    let table = instance_tables::table(40, coding);
+    let mut out = Vec::new();
+    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
+    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
+    let track = instance_tables::table_track(7, table);
+    encoder.tracks(&mut out, &[track]).unwrap();
+    let mut ends = Vec::new();
+    for frame in 0..12 {
+        let entries = instance_tables::entries(&table, &mut random);
+        let update = instance_tables::update(7, &entries);
+        let compression = [Compression::None, Compression::Lz4, ZSTD][frame % 3];
+        encoder.instances(&mut out, &[update], compression).unwrap();
+        encoder.commit(&mut out, frame as u64, None).unwrap();
+        ends.push(out.len());
+    }
+    encoder.end(&mut out).unwrap();
+    (out, ends)
+}
+
+/// Entries up to the limit of state, beside points and after them; then frames that allocate nothing.
+fn instances_within_limits() {
+    use instances::Coding;
+    let of = |id, count| {
+        let table = instance_tables::table(count, Coding::Packed);
+        instance_tables::table_track(id, table)
+    };
+    let limits = Limits {
+        state_bytes: 8 << 20,
+        ..SMALL
+    };
+    let count = (8 << 20) / 48;
+    let alone = declared(&[of(3, count)]);
+    let apart = declared_apart(&[of(1, count / 2), of(2, count / 2)]);
+    let beside = declared(&[track(1, PointWidths::BITS_32, 1000, 2000), of(3, 170_000)]);
+    let points_alone = declared(&[track(1, PointWidths::BITS_32, (8 << 20) / 32 - 2, 1)]);
+    within(limits, 8 << 20, |decoder| {
+        for bytes in [&points_alone, &alone, &beside, &apart, &points_alone] {
+            assert_eq!(push(decoder, bytes), Ok(()));
+            decoder.reset();
+        }
+    });
+    for coding in [Coding::Raw, Coding::Packed] {
+        let (out, ends) = frames_of_instances(coding);
+        let mut decoder = Decoder::new(Limits::default());
+        for round in 0..2 {
+            decoder.reset();
+            let mut at = 0;
+            for (frame, &end) in ends.iter().enumerate() {
+                let calls = CALLS.load(Relaxed);
+                while at < end {
+                    at += decoder.push(&out[at..end]).unwrap().0;
+                }
+                decoder.clear_dirty();
+                // The first round grows the buffers.
+                if round == 1 && frame > 0 {
+                    assert_eq!(CALLS.load(Relaxed), calls, "frame {frame} allocated");
+                }
+            }
         }
     }
 }
@@ -726,7 +794,8 @@ fn refused_memory_is_an_error() {
     encoder.commit(&mut probes, 0, None).unwrap();
     encoder.end(&mut probes).unwrap();
     let regions = frames_of_regions(regions::Coding::Packed).0;
-    for bytes in [&points, &probes, &regions] {
+    let instances = frames_of_instances(instances::Coding::Packed).0;
+    for bytes in [&points, &probes, &instances, &regions] {
         let mut refused = 0;
         for which in 1.. {
             let mut decoder = Decoder::new(Limits::default());
