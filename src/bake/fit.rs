@@ -33,7 +33,10 @@ impl Plan<'_> {
         let locals: Vec<Local> = self
             .groups
             .par_iter()
-            .map(|group| self.bake_alone(group))
+            .map(|group| {
+                let alone = self.bake_alone(group)?;
+                Ok(self.refine_local(group, alone, &of_instance))
+            })
             .collect::<Result<_>>()?;
         let mut fitted: Vec<Fitted> = self
             .surfaces
@@ -62,7 +65,7 @@ impl Plan<'_> {
     }
 
     /// The local values of a mesh: those of the object alone in the world.
-    fn bake_alone(&self, group: &Group) -> Result<Local> {
+    pub(super) fn bake_alone(&self, group: &Group) -> Result<Local> {
         let (scene, pose) = group.alone(self.scene, self.pose);
         let settings = &self.settings.vertices;
         let tracer = Tracer::new(&scene, &pose);
@@ -257,7 +260,7 @@ impl Plan<'_> {
     }
 
     /// The valid samples of an instance, and their numbers among its sites.
-    fn ladder_samples(
+    pub(super) fn ladder_samples(
         &self,
         instance: usize,
         sites: &[Site],

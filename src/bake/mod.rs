@@ -4,6 +4,7 @@
 //! - [`ladder`]: the rungs by which an instance can be described, and the choice among them.
 //! - [`plan`]: the surfaces of a scene, their samples, and the [`plan::Item`]s.
 //! - `fit`: from the results to what a bake says of each instance ([`Plan::fit`]).
+//! - `refine`: local values that suit the instances of a mesh.
 //! - [`part`]: files with the results of some items.
 //! - [`signals`]: from fitted obscurance to the values of a file.
 //! - [`stream`]: those values as a stream. [`crate::gltf_writer`] writes them into a copy of the scene.
@@ -16,6 +17,7 @@ mod fit;
 pub mod ladder;
 pub mod part;
 pub mod plan;
+mod refine;
 pub mod signals;
 pub mod stream;
 #[cfg(test)]

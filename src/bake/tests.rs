@@ -214,6 +214,49 @@ fn instances_of_a_mesh_share_local_values() {
     });
 }
 
+/// Refined local values are kept where they lower the error over held-out samples, so that they never raise it by
+/// more than rounding.
+#[test]
+fn refined_local_values_err_no_more() {
+    let settings = Settings {
+        instances: true,
+        ..fine()
+    };
+    let (scene, pose) = boxes();
+    let plan = Plan::new(&scene, &pose, settings).expect("a plan");
+    let tracer = Tracer::new(&scene, &pose);
+    let settings = &plan.settings().vertices;
+    let obscurance = Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays);
+    let obscurance = obscurance.expect("obscurance");
+    let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
+    let mut gathers = vec![Vec::new(); scene.instances.len()];
+    for (item, traced) in plan.items().iter().zip(&traced) {
+        gathers[item.instance].extend_from_slice(traced);
+    }
+    for group in &plan.groups {
+        let alone = plan.bake_alone(group).expect("kernels");
+        let refined = plan.refine_local(group, alone.clone(), &gathers);
+        assert_ne!(alone, refined);
+        let error = |local: &signals::Local| {
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for &instance in &group.instances {
+                let sites = &plan.surfaces[instance].sites;
+                let (samples, numbers) = plan.ladder_samples(instance, sites, &gathers[instance]);
+                let triangles = &scene.meshes[group.mesh].triangles;
+                let at = |sample: usize| local.at(triangles, &sites[numbers[sample]]);
+                let tone = &plan.settings().tone;
+                let ladder = ladder::Ladder::functions(&samples, 1, tone, Some(&at));
+                let linear = ladder.get(Rung::LocalLinear).expect("a rung").error;
+                sum += ladder.weight * linear * linear;
+                weight += ladder.weight;
+            }
+            f64::sqrt(sum / weight)
+        };
+        let [before, after] = [&alone, &refined].map(error);
+        assert!(after < before + 1.0 / 255.0, "{before} {after}");
+    }
+}
+
 #[test]
 fn tolerance_takes_cheaper_rungs_the_larger_it_is() {
     let rungs = |tolerance: f64| {
