@@ -26,7 +26,7 @@
 //!
 //! The volume is made around the chosen instances only; its cost is told per instance.
 
-use dapple::codec::instances::{Coding, Update};
+use dapple::codec::instances::{Coding, Form, Update};
 use dapple::codec::signals::{Kernel, Signals};
 use dapple::codec::vertices::{self as vertices_codec, Vertices};
 use dapple::codec::{
@@ -34,9 +34,7 @@ use dapple::codec::{
 };
 use dapple::instances::server::fit::{self, Linear};
 use dapple::instances::server::solve::{self, Traced, UnitBox};
-use dapple::instances::server::{
-    self, Context, Function, Group, Layout, Rung, Site, Solved, Volume,
-};
+use dapple::instances::server::{self, Context, Function, Group, Layout, Site, Solved, Volume};
 use dapple::obscurance::{self, Blend, Gather, Obscurance, foliage};
 use dapple::scene::{Mesh, Pose, Scene};
 use dapple::trace::{Aabb, Tracer};
@@ -388,17 +386,17 @@ fn measure(
         held_out(1),
         held_out(2)
     );
-    for (name, rung) in [("scalar", Rung::Scalar), ("linear", Rung::Linear)] {
+    for (name, form) in [("scalar", Form::Scalar), ("linear", Form::Linear)] {
         let [raw, packed] = [Coding::Raw, Coding::Packed].map(|coding| {
             let functions: Vec<Function> = chosen
                 .iter()
                 .zip(&solved)
-                .filter_map(|(i, solved)| {
-                    let blend = Solved {
-                        fits: vec![solved.fits[2]],
-                        ..*solved
+                .map(|(i, solved)| {
+                    let blend = match form {
+                        Form::Scalar => solved.fits[2].scalar.global,
+                        Form::Linear => solved.fits[2].linear.global,
                     };
-                    Function::new(&scene.instances[*i].name, &blend, rung)
+                    Function::new(&scene.instances[*i].name, form, &[blend])
                 })
                 .collect();
             record_bytes(mesh, &functions, coding)

@@ -224,11 +224,8 @@ fn refined_local_values_err_no_more() {
     };
     let (scene, pose) = boxes();
     let plan = Plan::new(&scene, &pose, settings).expect("a plan");
-    let tracer = Tracer::new(&scene, &pose);
-    let settings = &plan.settings().vertices;
-    let obscurance = Obscurance::new(&scene, &tracer, &settings.kernels, settings.rays);
-    let obscurance = obscurance.expect("obscurance");
-    let traced = plan.trace(&obscurance, 0..plan.items().len(), &|_| ());
+    let traced = plan.trace(0..plan.items().len(), &|_| ());
+    let traced = traced.expect("obscurance");
     let mut gathers = vec![Vec::new(); scene.instances.len()];
     for (item, traced) in plan.items().iter().zip(&traced) {
         gathers[item.instance].extend_from_slice(traced);

@@ -15,7 +15,7 @@
 //! - [`decorator`]: one scalar for small objects, from the surfaces about them (section 2.2.1).
 //! - [`mod@refine`]: local values that suit the instances of a mesh better than those of the object alone (the
 //!   paper's future work).
-//! - [`mod@table`]: the rung that each instance takes, and the quantised table of a track.
+//! - [`mod@table`]: the quantised table of a track.
 //!
 //! Solvers are pure functions of one instance or mesh, given what is shared and only read. Nothing depends on
 //! the number of threads. What was measured is in `docs/instances.md`.
@@ -38,7 +38,7 @@ pub use group::{Group, groups};
 pub use place::Site;
 pub use refine::{Refined, refine};
 pub use solve::{Context, Solved, solve};
-pub use table::{Choice, Function, Rung, table};
+pub use table::{Function, table};
 pub use volume::{Layout, Volume};
 
 /// Samples on an instance, before those in the holes of masks are left out.

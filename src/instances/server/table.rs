@@ -1,6 +1,6 @@
-//! From the ladders of instances to the table of a track (`spec/instances.md`).
+//! From the functions of instances to the table of a track (`spec/instances.md`).
 
-use super::solve::Solved;
+use super::fit::Linear;
 use crate::codec::instances::{Coding, Entry, Form, Table, key};
 use crate::codec::signals::Signals;
 use crate::{Error, Result};
@@ -12,48 +12,6 @@ pub const BOUND: f32 = 1.0 / 1024.0;
 /// The largest exponent of a table.
 const MAX_EXPONENT: u8 = 3;
 
-/// A rung of the ladder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rung {
-    /// No entry: local obscurance as it is.
-    None,
-    Scalar,
-    Linear,
-}
-
-impl Rung {
-    pub const ALL: [Rung; 3] = [Rung::None, Rung::Scalar, Rung::Linear];
-}
-
-/// The rung that an instance takes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
-    pub rung: Rung,
-    /// Its held-out error.
-    pub error: f64,
-}
-
-impl Choice {
-    /// The cheapest rung with a held-out error of at most `tolerance`, or else the one with the least error, of equal ones the
-    /// cheapest. Whether it misses the tolerance is told by its error.
-    pub fn new(solved: &Solved, tolerance: f64) -> Choice {
-        let rungs = Rung::ALL.into_iter().zip(solved.errors());
-        let mut best: Option<Choice> = None;
-        for (rung, error) in rungs {
-            if error <= tolerance {
-                return Choice { rung, error };
-            }
-            if best.is_none_or(|b| error < b.error) {
-                best = Some(Choice { rung, error });
-            }
-        }
-        best.unwrap_or(Choice {
-            rung: Rung::None,
-            error: 0.0,
-        })
-    }
-}
-
 /// An instance's entry before it is quantised.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
@@ -64,27 +22,17 @@ pub struct Function {
 }
 
 impl Function {
-    /// What an instance takes; `None` where it has no entry. `path` is [`crate::scene::Instance::name`].
-    pub fn new(path: &str, solved: &Solved, rung: Rung) -> Option<Function> {
-        let (form, pick): (_, fn(&super::Fit) -> super::Linear) = match rung {
-            Rung::None => return None,
-            Rung::Scalar => (Form::Scalar, |fit| fit.scalar.global),
-            Rung::Linear => (Form::Linear, |fit| fit.linear.global),
+    /// Of an instance by its path ([`crate::scene::Instance::name`]), one function per signal; of a scalar the first
+    /// coefficient counts.
+    pub fn new(path: &str, form: Form, functions: &[Linear]) -> Function {
+        let used = form.coefficients();
+        let set = |function: &Linear| {
+            std::array::from_fn(|i| if i < used { function[i] as f32 } else { 0.0 })
         };
-        let coefficients = solved.fits.iter().map(|fit| pick(fit).map(|c| c as f32));
-        Some(Function {
-            key: key(path),
-            form,
-            coefficients: coefficients.collect(),
-        })
-    }
-
-    /// That of a small decorator, from its scalars ([`super::decorator::scalar`]); its mesh has no local obscurance.
-    pub fn of_decorator(path: &str, scalars: &[f32]) -> Function {
         Function {
             key: key(path),
-            form: Form::Scalar,
-            coefficients: scalars.iter().map(|s| [*s, 0.0, 0.0, 0.0]).collect(),
+            form,
+            coefficients: functions.iter().map(set).collect(),
         }
     }
 }
@@ -149,54 +97,18 @@ fn reaches(table: &Table, functions: &[Function]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fit::{Fit, ONE, Rung as Fitted};
     use super::*;
     use crate::codec::signals::Kernel;
     use crate::rng::Rng;
-
-    fn solved(errors: [f64; 3]) -> Solved {
-        let rung = |error| Fitted { global: ONE, error };
-        let [none, scalar, linear] = errors.map(rung);
-        let fit = Fit {
-            none,
-            scalar,
-            linear,
-            spread: 3,
-        };
-        Solved {
-            fits: vec![fit],
-            samples: 9,
-            invalid: 0,
-        }
-    }
-
-    #[test]
-    fn cheapest_rung_within_the_tolerance_is_taken() {
-        for (errors, tolerance, rung) in [
-            ([0.3, 0.2, 0.1], 0.3, Rung::None),
-            ([0.3, 0.2, 0.1], 0.29, Rung::Scalar),
-            ([0.3, 0.2, 0.1], 0.1, Rung::Linear),
-            ([0.3, 0.2, 0.1], 0.0, Rung::Linear),
-            ([0.3, 0.1, 0.2], 0.0, Rung::Scalar),
-            ([0.1, 0.1, 0.1], 0.05, Rung::None),
-        ] {
-            let choice = Choice::new(&solved(errors), tolerance);
-            assert_eq!(choice.rung, rung, "{errors:?} {tolerance}");
-            assert_eq!(choice.error, errors[rung as usize]);
-        }
-    }
 
     fn functions(count: usize, size: f32) -> Vec<Function> {
         let mut random = Rng::new(11);
         (0..count)
             .map(|i| {
                 let form = [Form::Scalar, Form::Linear][i % 2];
-                let mut set = || std::array::from_fn(|_| size * (2.0 * random.unit() - 1.0));
-                Function {
-                    key: key(&format!("tree {i}")),
-                    form,
-                    coefficients: vec![set(), set()],
-                }
+                let mut number = || f64::from(size) * (2.0 * random.unit_f64() - 1.0);
+                let functions = [0; 2].map(|_| [0; 4].map(|_| number()));
+                Function::new(&format!("tree {i}"), form, &functions)
             })
             .collect()
     }
