@@ -129,6 +129,8 @@ def read_packed(track: Table, section: bytes) -> list[Entry]:
     """[I-030]"""
     bits = RangeDecoder(section, STARTS, ENTROPY)  # [I-033]
     b = (track.count - 1).bit_length()
+    if 8 * (len(section) + 1) < track.count * (64 - b):  # [I-035]
+        raise Fault(ENTROPY)
     following = 0
     form = 0
     # [I-031]: of each signal and coefficient the sum of codes and their number.

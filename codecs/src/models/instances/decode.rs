@@ -184,6 +184,7 @@ fn decode(bytes: &[u8], table: &Table, entries: &mut Entries) -> Result<(), Erro
             let mut contexts = packed::contexts();
             let mut reader =
                 entropy::Reader::new(bytes, &mut contexts, ErrorKind::InstancesEntropy)?;
+            packed::check_size(table, bytes.len())?;
             packed::code(&mut reader, table, None, entries)?;
             reader.end()
         }

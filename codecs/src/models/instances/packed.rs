@@ -69,6 +69,22 @@ impl Mean {
     }
 }
 
+/// The bits of a key's quotient, which is below two to them, and those below it.
+fn key_bits(table: &Table) -> (u32, u32) {
+    let quotient_bits = table.count.next_power_of_two().trailing_zeros();
+    (quotient_bits, 64 - quotient_bits)
+}
+
+/// A section of this many bytes may hold all entries: the lower bits of their keys are as many bits
+/// there. So the work of a section is bounded by its bytes.
+pub(super) fn check_size(table: &Table, bytes: usize) -> Result<(), ErrorKind> {
+    let bits = u64::from(table.count) * u64::from(key_bits(table).1);
+    match 8 * (bytes as u64 + 1) >= bits {
+        true => Ok(()),
+        false => Err(ErrorKind::InstancesEntropy),
+    }
+}
+
 /// Codes all entries of a table. `wanted` is what a writer wants, and nothing for a reader.
 pub(super) fn code<C: Coder>(
     coder: &mut C,
@@ -82,8 +98,8 @@ pub(super) fn code<C: Coder>(
         count: 1,
     };
     let mut means = [[first(expected), first(0), first(0), first(0)]; 2];
-    let quotients = table.count.next_power_of_two();
-    let low_bits = 64 - quotients.trailing_zeros();
+    let (quotient_bits, low_bits) = key_bits(table);
+    let quotients = 1 << quotient_bits;
     let mut least = Some(0);
     let mut form = Form::Scalar;
     for index in 0..table.count as usize {

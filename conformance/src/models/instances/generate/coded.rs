@@ -57,11 +57,26 @@ fn lengths(drafts: &mut Vec<Draft>) {
         });
         let coded = packed(&table, &ended.collect::<Vec<_>>());
         let short = coded.short();
-        let cut = short[..short.len() - 8].to_vec();
+        let cut = short[..short.len() - 2].to_vec();
         let refused = place.with(&table, some(&table, 1), |s| s.bytes = cut);
-        let name = format!("packed-eight-short-{}", place.name());
-        let comment = format!("Eight bytes are missing at the end, in {}.", place.words());
+        let name = format!("packed-two-short-{}", place.name());
+        let comment = format!("Two bytes are missing at the end, in {}.", place.words());
         drafts.push(invalid((3306, &name), &["I-034"], &comment, refused));
+    }
+    // 6 keys of 61 lower bits each: 45 bytes are enough to look at, and 44 are not.
+    for (size, id, clause, comment) in [
+        (0, 3306, "I-035", "The section of 6 entries is empty"),
+        (8, 3306, "I-035", "The section of 6 entries has 8 bytes"),
+        (44, 3306, "I-035", "The section of 6 entries has 44 bytes"),
+        (45, 3303, "I-032", "The section of 6 entries has 45 bytes"),
+    ] {
+        let mut bytes = code(&INITIAL, &[Bit::In(0, true); 8]).short();
+        bytes.resize(size, 0);
+        let refused = Place::First.with(&table, some(&table, 1), |s| s.bytes = bytes);
+        let name = format!("packed-size-{size}");
+        let comment = format!("{comment}, and the quotient of the first is too large.");
+        let clauses = &[clause, "C-112"];
+        drafts.push(invalid((id, &name), clauses, &comment, refused));
     }
     let mut wrong = some(&table, 1);
     wrong[3].codes[0][0] = 300;
@@ -77,7 +92,9 @@ fn lengths(drafts: &mut Vec<Draft>) {
 /// Sections of these bits.
 fn of_bits(drafts: &mut Vec<Draft>, name: &str, comment: &str, table: &Table, bits: &[Bit]) {
     for place in [Place::First, Place::SecondTrack] {
-        let bytes = code(&INITIAL, bits).short();
+        let mut bytes = code(&INITIAL, bits).short();
+        // As long as a section of so many entries has to be.
+        bytes.resize(bytes.len().max(8 * table.count as usize), 0);
         let refused = place.with(table, some(table, 1), |s| s.bytes = bytes);
         let name = format!("packed-{name}-{}", place.name());
         let comment = format!("{comment}, in {}.", place.words());
