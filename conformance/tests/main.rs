@@ -8,6 +8,7 @@ mod generator;
 mod lighting;
 mod lighting_mistakes;
 mod queries;
+mod regions_mistakes;
 #[cfg(feature = "generate")]
 mod runner;
 mod schema;

@@ -56,8 +56,9 @@ fn ordered(
     refused: (usize, Vec<u8>),
 ) -> Draft {
     let name = format!("order-{}", error.1);
-    let clauses = &[clauses, &["C-112"]].concat();
-    invalid((error.0, &name), clauses, comment, refused)
+    let mut clauses = [clauses, &["C-112"]].concat();
+    clauses.dedup();
+    invalid((error.0, &name), &clauses, comment, refused)
 }
 
 /// Regions of all forms that a track has, other ones for each seed.
