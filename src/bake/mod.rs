@@ -6,6 +6,7 @@
 //! - `fit`: from the results to what a bake says of each instance ([`Plan::fit`]).
 //! - `refine`: local values that suit the instances of a mesh.
 //! - [`part`]: files with the results of some items.
+//! - [`regions`]: regions for objects that move.
 //! - [`signals`]: from fitted obscurance to the values of a file.
 //! - [`stream`]: those values as a stream. [`crate::gltf_writer`] writes them into a copy of the scene.
 //!
@@ -18,6 +19,7 @@ pub mod ladder;
 pub mod part;
 pub mod plan;
 mod refine;
+pub mod regions;
 pub mod signals;
 pub mod stream;
 #[cfg(test)]

@@ -2,9 +2,11 @@
 //! functions of place.
 
 use super::ladder::Rung;
+use super::regions::Regions;
 use super::{Baked, Plan};
 use crate::Result;
 use crate::codec::instances::{self, Entry, Form, Table};
+use crate::codec::regions;
 use crate::codec::signals::{Kernel as Distance, Signals};
 use crate::codec::vertices::{self, Vertices, dithered, remap};
 use crate::codec::{
@@ -68,12 +70,19 @@ pub fn check(plan: &Plan, options: Options) -> Result<()> {
 ///
 /// # Errors
 /// `Invalid` for more than the limits allow; `Codec` for what else a decoder refuses.
-pub fn write(plan: &Plan, baked: &Baked, options: Options) -> Result<(Vec<u8>, usize)> {
+pub fn write(
+    plan: &Plan,
+    baked: &Baked,
+    regions: Option<&Regions>,
+    options: Options,
+) -> Result<(Vec<u8>, usize)> {
     let Content {
-        tracks,
+        mut tracks,
         vertices,
         instances,
     } = content(plan, baked, options)?;
+    let id = tracks.len() as u32 + 1;
+    tracks.extend(regions.map(|regions| region_track(id, regions)));
     check_tracks(&plan.scene().name, &tracks, &options.limits)?;
     let mut out = Vec::new();
     let config = EncoderConfig {
@@ -114,6 +123,15 @@ pub fn write(plan: &Plan, baked: &Baked, options: Options) -> Result<(Vec<u8>, u
             let values: Vec<instances::Value> = codes.map(|c| c.map(|code| code * step)).collect();
             digest.instances(*track, None, &keys, &values);
         }
+    }
+    if let Some(Regions { content, .. }) = regions {
+        let update = regions::Update {
+            track: id,
+            regions: &content.regions,
+            pairs: &content.pairs,
+        };
+        encoder.regions(&mut out, &[update], options.compression)?;
+        digest.regions(id, None, &content.regions, &content.pairs);
     }
     encoder.commit(&mut out, 0, Some(digest.finish()))?;
     encoder.end(&mut out)?;
@@ -184,6 +202,22 @@ fn content(plan: &Plan, baked: &Baked, options: Options) -> Result<Content> {
     Ok(content)
 }
 
+/// The track of regions, whose space is the world.
+fn region_track(id: u32, regions: &Regions) -> Track {
+    let boxes = regions.content.regions.iter();
+    let boxes = boxes.map(|region| (Vec3::from(region.min), Vec3::from(region.max)));
+    let all = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (min, max) = all.unwrap_or_default();
+    Track {
+        id,
+        target: Target::default(),
+        aabb_min: min.to_array(),
+        aabb_max: max.to_array(),
+        space: LookupSpace::Mesh,
+        model: Model::Regions(regions.set),
+    }
+}
+
 /// A track of an instance, or of all instances of a mesh.
 fn track(scene: &Scene, id: u32, instance: Option<usize>, mesh: usize, model: Model) -> Track {
     let (min, max) = bounds(&scene.meshes[mesh]);
@@ -212,7 +246,7 @@ fn declaration(plan: &Plan, options: Options, distinct: &[u32]) -> Vertices {
 }
 
 /// What the values are.
-fn signals(plan: &Plan) -> Signals {
+pub(super) fn signals(plan: &Plan) -> Signals {
     let settings = plan.settings();
     let kernel = |kernel: &Kernel| match *kernel {
         Kernel::Exponential { half_distance } => Distance::exponential(half_distance),

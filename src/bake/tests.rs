@@ -302,7 +302,7 @@ fn streams_hold_the_values_of_every_vertex() {
                 compression: Compression::PAPER,
                 limits: Limits::default(),
             };
-            let (bytes, _) = stream::write(plan, &baked, options).expect("a stream");
+            let (bytes, _) = stream::write(plan, &baked, None, options).expect("a stream");
             let mut client = Client::of_scene(scene, Limits::default());
             client.push(&bytes).expect("a sound stream");
             assert!(client.ended());
@@ -340,9 +340,9 @@ fn streams_hold_functions_of_instances() {
                 compression: Compression::None,
                 limits: Limits::default(),
             };
-            let (bytes, _) = stream::write(plan, baked, options).expect("a stream");
+            let (bytes, _) = stream::write(plan, baked, None, options).expect("a stream");
             for other in [baked.cheapest(), baked.richest()] {
-                let (other, _) = stream::write(plan, &other, options).expect("a stream");
+                let (other, _) = stream::write(plan, &other, None, options).expect("a stream");
                 let mut client = Client::of_scene(plan.scene(), Limits::default());
                 client.push(&other).expect("a sound stream");
             }

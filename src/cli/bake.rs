@@ -11,15 +11,17 @@ use super::args::{self, SceneArgs};
 use super::effects::{self, Given};
 use super::output;
 use super::progress::Progress;
+use crate::bake::regions::{self, Regions};
 use crate::bake::{FoliageSettings, Plan, Settings, Tone, Traced};
 use crate::gltf_writer::Target;
 use crate::obscurance::foliage::{DENSITY, Rules};
 use crate::obscurance::{Blend, Kernel, Remap};
+use crate::regions::server::file::parse;
 use crate::vertices::{self, Sampling};
 use crate::world::World;
 use crate::{Error, Result};
 use farm::{Farm, Task};
-use figures::{Figures, Seconds};
+use figures::{Figures, RegionFigures, Seconds};
 use source::Source;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -100,6 +102,10 @@ struct QualityArgs {
     /// samples that are held out, noise of their rays included.
     #[arg(long, value_name = "ERROR", value_parser = args::share)]
     tolerance: Option<f32>,
+    /// Add regions, for objects that move: those of a JSON file (docs/regions.md), or without a file those that
+    /// are found in free space.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "")]
+    regions: Option<PathBuf>,
     /// Weight of smoothness between neighbouring faces.
     #[arg(long, value_name = "WEIGHT", default_value = "1", value_parser = args::weight)]
     alpha: f64,
@@ -257,9 +263,14 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     drop(bar);
     seconds.fit = fitting.elapsed().as_secs_f64();
 
+    let regions = match &args.quality.regions {
+        None => None,
+        Some(file) => Some(bake_regions(&plan, file)?),
+    };
     let mut figures = Figures::new(&plan, &baked, &reports);
+    figures.regions = regions.as_ref().map(|r| RegionFigures::new(&r.report));
     if let Some(stream) = stream {
-        figures.stream = Some(stream.write(&plan, &baked)?);
+        figures.stream = Some(stream.write(&plan, &baked, regions.as_ref())?);
     }
     if let Some(gltf) = gltf {
         figures.gltf = Some(gltf.write(&source, &scene, &baked)?);
@@ -273,6 +284,25 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     print(args, &figures)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Bakes regions: those of a file, or of a file without a name those that are found.
+fn bake_regions(plan: &Plan, file: &Path) -> Result<Regions> {
+    let given = match file.as_os_str().is_empty() {
+        true => None,
+        false => {
+            let name = file.display().to_string();
+            let text = std::fs::read_to_string(file).map_err(|source| Error::Io {
+                path: file.to_owned(),
+                source,
+            })?;
+            Some(parse(&name, &text)?)
+        }
+    };
+    let baking = Progress::spinner("Baking regions");
+    let regions = regions::bake(plan, given);
+    drop(baking);
+    regions
 }
 
 /// Frames a second of `--frame`.

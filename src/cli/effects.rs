@@ -343,6 +343,7 @@ const BAKE: &[Effect] = &[
             "remap",
             "instances",
             "tolerance",
+            "regions",
             "alpha",
             "task",
             "merge",

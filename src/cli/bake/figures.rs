@@ -4,6 +4,7 @@ use super::super::output::{counted, significant};
 use super::gltf::GltfFigures;
 use super::stream::{Alternative, StreamFigures};
 use crate::bake::ladder::Rung;
+use crate::bake::regions;
 use crate::bake::signals::shown;
 use crate::bake::{Baked, Plan};
 use crate::measure::table::grouped;
@@ -49,10 +50,62 @@ pub struct Figures {
     pub gltf: Option<GltfFigures>,
     /// Meshes whose instances attenuate rays.
     pub foliage: Vec<FoliageFigures>,
+    pub regions: Option<RegionFigures>,
     /// Instances by rung; empty where all have values at their vertices.
     pub rungs: Vec<RungFigures>,
     /// Instances of which no rung is within the tolerance.
     pub beyond_tolerance: Vec<BeyondTolerance>,
+}
+
+/// What the bake of regions met.
+#[derive(Clone, Debug, Serialize)]
+pub struct RegionFigures {
+    pub regions: usize,
+    /// Very small ones that became part of a neighbour.
+    pub absorbed: usize,
+    /// Share of the free space that the regions hold, where they were found.
+    pub covered: Option<f64>,
+    pub coefficients: usize,
+    /// Root mean square of the regions' held-out errors.
+    pub error: Option<f64>,
+    /// Regions that no form describes within the tolerance.
+    pub beyond_tolerance: usize,
+}
+
+impl RegionFigures {
+    pub fn new(report: &regions::Report) -> RegionFigures {
+        let &regions::Report {
+            regions,
+            absorbed,
+            covered,
+            coefficients,
+            error,
+            beyond_tolerance,
+        } = report;
+        RegionFigures {
+            regions,
+            absorbed,
+            covered,
+            coefficients,
+            error,
+            beyond_tolerance,
+        }
+    }
+
+    fn summary(&self) -> String {
+        let mut text = counted(self.regions as u64, "region");
+        if let Some(covered) = self.covered {
+            text += &format!(" in {:.1} % of the free space", 100.0 * covered);
+        }
+        text += &format!(", {}", counted(self.coefficients as u64, "coefficient"));
+        if let Some(error) = self.error {
+            text += &format!(", error {error:.4}");
+        }
+        if self.beyond_tolerance > 0 {
+            text += &format!(", {} beyond the tolerance", self.beyond_tolerance);
+        }
+        text + "\n"
+    }
 }
 
 /// Instances that take a rung.
@@ -155,6 +208,9 @@ impl Figures {
         }
         if let Some(more) = self.beyond_tolerance.len().checked_sub(SHOWN + 1) {
             text += &format!("beyond the tolerance: {} more\n", grouped(more as u64 + 1));
+        }
+        if let Some(regions) = &self.regions {
+            text += &regions.summary();
         }
         if let Some(stream) = &self.stream {
             text += &format!(

@@ -5,6 +5,7 @@ use super::super::inputs::is_dash;
 use super::super::limits::LimitArgs;
 use super::super::output::Sink;
 use crate::Result;
+use crate::bake::regions::Regions;
 use crate::bake::stream::{Options, check, write};
 use crate::bake::{Baked, Plan};
 use crate::codec::Compression;
@@ -53,7 +54,7 @@ pub struct StreamFigures {
     pub alternatives: Option<Alternatives>,
 }
 
-/// Size and held-out error of three choices of rungs.
+/// Size, without regions, and held-out error of three choices of rungs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Alternatives {
     pub chosen: Alternative,
@@ -109,13 +110,18 @@ impl Stream {
     ///
     /// # Errors
     /// `Codec` for more than the limits allow, `Io` where it cannot be written.
-    pub fn write(mut self, plan: &Plan, baked: &Baked) -> Result<StreamFigures> {
-        let (bytes, tracks) = write(plan, baked, self.options)?;
+    pub fn write(
+        mut self,
+        plan: &Plan,
+        baked: &Baked,
+        regions: Option<&Regions>,
+    ) -> Result<StreamFigures> {
+        let (bytes, tracks) = write(plan, baked, regions, self.options)?;
         self.sink.write(&bytes)?;
         self.sink.finish()?;
         let alternative = |baked: &Baked| -> Result<Alternative> {
             Ok(Alternative {
-                bytes: write(plan, baked, self.options)?.0.len() as u64,
+                bytes: write(plan, baked, None, self.options)?.0.len() as u64,
                 error: baked.error(),
             })
         };
