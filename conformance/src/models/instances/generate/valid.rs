@@ -26,7 +26,7 @@ fn both(
             ..table.clone()
         };
         let mut content = Content::new(1, instances.to_vec());
-        content.whole = instances.len() % 2 == 0;
+        content.whole = instances.len().is_multiple_of(2);
         let frames = streams(&[table]).instances(&[content]).commit();
         let name = format!("{name}-{coding}");
         drafts.push(valid(&name, &[clause, "I-026", "I-050"], comment, frames));
