@@ -55,7 +55,8 @@ pub enum Centres {
     Mass,
     /// The better of the two, as in the paper.
     Both,
-    /// The best that a search finds from the better of the two.
+    /// The best that a search finds from the better of the two. It lowers the error by a few per cent, but
+    /// nearly every region then stores a centre, 12 bytes.
     Search,
 }
 

@@ -89,7 +89,7 @@ impl Default for Settings {
             tolerance: 0.05,
             divisions: 2,
             small: 1.0,
-            centres: Centres::Search,
+            centres: Centres::Both,
             regularise: regularise::Settings {
                 beta: 0.3,
                 sweeps: 32,

@@ -3,13 +3,13 @@
 //! A cell is reached if it has a free point that a reached neighbour's point sees. Sight decides, not
 //! whether a cell holds geometry: walls thinner than a cell keep two rooms apart, and doors of a cell's
 //! width let through. A point is free unless the rays along the axes tell that it lies inside
-//! geometry. It must also have a floor, for the void about a building is no place for objects; where
+//! geometry. It must also have a floor, for the void about a building is no place for objects; where more than
 //! twice as much is reached so, a roof and three walls will do (there are rooms whose floor is missing); and
-//! where nothing is, anything.
+//! where nothing is, anything. Cells under a roof count four times: a building is its rooms and not what is
+//! on top of them.
 //!
 //! A scene without cameras is flooded from everywhere. Of the parts that hang together, that of the camera
-//! that frames the scene is kept, or the largest, if it has more than eight times as much; cells under a
-//! roof count four times, so that a building is its rooms and not what is on top of them.
+//! that frames the scene is kept, or the largest, if it has more than eight times as much.
 
 use super::graph::segment;
 use crate::scene::{Pose, Scene};
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 const HEADROOM: f32 = 2.0;
 /// Points of a cell that are tried, in cells from its middle: the middle, then the corners of a cube.
 const TRIES: usize = 9;
-/// What a cell with something above it counts, in a scene without cameras.
+/// What a cell with something above it counts where parts are compared.
 const COVERED: usize = 4;
 /// How many times as large as the framing camera's part another must be to be taken there.
 const SMALLEST: usize = 8;
@@ -88,7 +88,10 @@ impl Space {
                     space.spread(&probe, *start);
                 });
             }
-            (space.reached(), space)
+            let all: Vec<usize> = (0..space.points.len())
+                .filter(|i| space.points[*i].is_some())
+                .collect();
+            (space.weight(tracer, &all), space)
         };
         let (floors, rooms) = (fill(Place::Floor), fill(Place::Room));
         let better = if rooms.0 > 2 * floors.0 {
@@ -110,14 +113,7 @@ impl Space {
                 parts.push(self.spread(probe, self.middle(start)));
             }
         }
-        let is_covered = |i: &&usize| {
-            let point = self.points[**i];
-            point.is_some_and(|p| probe.tracer.occluded(&ray(p, Vec3::Y)))
-        };
-        let size = |part: &Vec<usize>| {
-            part.len() + (COVERED - 1) * part.par_iter().filter(is_covered).count()
-        };
-        let sizes: Vec<usize> = parts.iter().map(size).collect();
+        let sizes: Vec<usize> = parts.iter().map(|p| self.weight(probe.tracer, p)).collect();
         // The first of equals: the eye's.
         let largest = (0..sizes.len()).rev().max_by_key(|i| sizes[*i]);
         let largest = largest.unwrap_or(0);
@@ -128,6 +124,15 @@ impl Space {
         for (_, part) in parts.iter().enumerate().filter(|(i, _)| *i != kept) {
             part.iter().for_each(|i| self.points[*i] = None);
         }
+    }
+
+    /// The number of some cells, those under a roof counting more.
+    fn weight(&self, tracer: &Tracer, part: &[usize]) -> usize {
+        let covered = part.par_iter().filter(|i| {
+            let point = self.points[**i];
+            point.is_some_and(|p| tracer.occluded(&ray(p, Vec3::Y)))
+        });
+        part.len() + (COVERED - 1) * covered.count()
     }
 
     /// Floods from a point, and gives the cells that were reached.
