@@ -10,7 +10,7 @@ use dapple_conformance::vector::{self, Kind};
 /// What a sampler may get wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mistake {
-    NoMistake,
+    Right,
     /// The first of the smallest boxes becomes the last.
     LastOfEqual,
     LargestVolume,
@@ -224,7 +224,7 @@ fn each_mistake_of_a_sampler_of_regions_shows() {
             let live = tracks.find(|live| live.track.id == of_regions.track);
             let live = live.expect("a track");
             let right = |mistake| query.accepts(&[sample(&decoder, live, of_regions, mistake)]);
-            assert!(right(NoMistake), "{}: {query:?}", vector.path());
+            assert!(right(Right), "{}: {query:?}", vector.path());
             for (wrong, mistake) in wrong.iter_mut().zip(MISTAKES) {
                 *wrong += usize::from(!right(mistake));
             }

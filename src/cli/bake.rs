@@ -102,9 +102,9 @@ struct QualityArgs {
     /// samples that are held out, noise of their rays included.
     #[arg(long, value_name = "ERROR", value_parser = args::share)]
     tolerance: Option<f32>,
-    /// Add regions, for objects that move: those of a JSON file (docs/regions.md), or without a file those that
-    /// are found in free space.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "")]
+    /// Add regions, for objects that move: those of a JSON file (docs/regions.md), or without a file, or
+    /// `auto`, those that are found in free space.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = FOUND)]
     regions: Option<PathBuf>,
     /// Weight of smoothness between neighbouring faces.
     #[arg(long, value_name = "WEIGHT", default_value = "1", value_parser = args::weight)]
@@ -286,9 +286,12 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Bakes regions: those of a file, or of a file without a name those that are found.
+/// In the place of a file of regions: those that are found.
+const FOUND: &str = "auto";
+
+/// Bakes regions: those of a file, or those that are found.
 fn bake_regions(plan: &Plan, file: &Path) -> Result<Regions> {
-    let given = match file.as_os_str().is_empty() {
+    let given = match file.as_os_str() == FOUND {
         true => None,
         false => {
             let name = file.display().to_string();
