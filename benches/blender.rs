@@ -24,7 +24,7 @@ use dapple::scene::Scene;
 use dapple::trace::Tracer;
 use dapple::vertices::{self, Settings, Shape, Site, place};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
@@ -91,7 +91,7 @@ struct Cost {
     rays: f64,
 }
 
-fn run(options: &Options, file: &PathBuf) -> Result<(), String> {
+fn run(options: &Options, file: &Path) -> Result<(), String> {
     check_blender(file)?;
     let (corners, blender) = bake_with_blender(options, file)?;
     let scene = Scene::load(file).map_err(|e| e.to_string())?;
