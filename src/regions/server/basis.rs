@@ -4,7 +4,8 @@
 //! They are 1; y, z, x; xy, yz, 3z^2 - 1, xz, x^2 - y^2, in the order of real spherical harmonics
 //! (Ramamoorthi and Hanrahan 2001). Each is a harmonic times a constant, so they are orthogonal.
 
-use glam::Vec3;
+/// All functions in a unit direction.
+pub use crate::regions::sample::polynomials as values;
 
 /// Functions up to degree 2.
 pub const COUNT: usize = 9;
@@ -31,19 +32,3 @@ pub const SQUARE: [f64; COUNT] = [
     1.0 / 15.0,
     4.0 / 15.0,
 ];
-
-/// All functions in a unit direction.
-pub fn values(d: Vec3) -> [f32; COUNT] {
-    let Vec3 { x, y, z } = d;
-    [
-        1.0,
-        y,
-        z,
-        x,
-        x * y,
-        y * z,
-        3.0 * z * z - 1.0,
-        x * z,
-        x * x - y * y,
-    ]
-}
