@@ -80,7 +80,7 @@ pub fn write(
         mut tracks,
         vertices,
         instances,
-    } = content(plan, baked, options)?;
+    } = content(plan, baked, regions.is_some(), options)?;
     let id = tracks.len() as u32 + 1;
     tracks.extend(regions.map(|regions| region_track(id, regions)));
     check_tracks(&plan.scene().name, &tracks, &options.limits)?;
@@ -139,24 +139,28 @@ pub fn write(
 }
 
 /// Tracks of local values, then those of instances with values of their own, then a table for each mesh whose
-/// instances have functions.
-fn content(plan: &Plan, baked: &Baked, options: Options) -> Result<Content> {
+/// instances have functions. Where there are regions, instances that move or deform have nothing: regions light them.
+fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> Result<Content> {
     let scene = plan.scene();
+    let is_static = |instance: usize| {
+        let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
+        !(has_regions && moves)
+    };
     let mut content = Content {
         tracks: Vec::new(),
         vertices: Vec::new(),
         instances: Vec::new(),
     };
     let own = baked.choices.iter().enumerate();
-    let own = own.filter(|(_, choice)| choice.rung == Rung::Vertices);
+    let own = own.filter(|(i, choice)| choice.rung == Rung::Vertices && is_static(*i));
     let own = own.map(|(i, _)| {
         let fitted = baked.choices[i].fitted.as_ref();
         let signals = fitted.unwrap_or(&baked.instances[i].vertices);
         (Some(i), scene.instances[i].mesh, signals)
     });
-    let all = scene.instances.iter().zip(&baked.choices);
-    let with_local = all.filter(|(_, choice)| choice.rung.has_local());
-    let with_local: BTreeSet<usize> = with_local.map(|(instance, _)| instance.mesh).collect();
+    let all = scene.instances.iter().zip(&baked.choices).enumerate();
+    let with_local = all.filter(|(i, (_, choice))| choice.rung.has_local() && is_static(*i));
+    let with_local: BTreeSet<usize> = with_local.map(|(_, (i, _))| i.mesh).collect();
     let shared = baked
         .locals
         .iter()
@@ -173,7 +177,8 @@ fn content(plan: &Plan, baked: &Baked, options: Options) -> Result<Content> {
     }
     // Equal meshes share a table.
     let mut functions: BTreeMap<u64, (usize, Vec<Function>)> = BTreeMap::new();
-    for (instance, choice) in scene.instances.iter().zip(&baked.choices) {
+    let all = scene.instances.iter().zip(&baked.choices).enumerate();
+    for (_, (instance, choice)) in all.filter(|(i, _)| is_static(*i)) {
         let form = match choice.rung {
             Rung::Scalar | Rung::LocalScalar => Form::Scalar,
             Rung::Linear | Rung::LocalLinear => Form::Linear,

@@ -230,7 +230,9 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         true => None,
         false => args.gltf.create(&source)?,
     };
-    warn_of_motion(&scene, time);
+    if args.quality.regions.is_none() || gltf.is_some() {
+        warn_of_motion(&scene, time);
+    }
 
     let world = World::new(&scene, time);
     let placing = Progress::spinner("Placing samples");

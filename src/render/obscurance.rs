@@ -109,15 +109,19 @@ impl<'c> Baked<'c> {
             self.meshes.push(found.values);
             self.meshes.len() as u32 - 1
         });
+        let has_entry = self.instances.entry(instance).is_some();
+        let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
+        let region = || {
+            let place = self.regions.find(middle(scene, pose, instance));
+            place.map(Source::Region)
+        };
         Ok(match (found, values) {
             (Some(found), Some(values)) if found.is_own => Source::Own(values),
-            _ if values.is_some() || self.instances.entry(instance).is_some() => {
-                Source::Product(values)
-            }
-            _ => {
-                let place = self.regions.find(middle(scene, pose, instance));
-                place.map_or(Source::None, Source::Region)
-            }
+            _ if has_entry => Source::Product(values),
+            // What moves is where its region says, and not in the midst of nothing as its mesh was baked.
+            (Some(_), _) if moves => region().unwrap_or(Source::Product(values)),
+            (Some(_), _) => Source::Product(values),
+            (None, _) => region().unwrap_or(Source::None),
         })
     }
 
