@@ -7,7 +7,7 @@
 //!
 //! Blender (Debian: `blender`, `python3-numpy`) imports the scene, bakes ambient occlusion up to D metres (2)
 //! with N rays (256) at each corner of each face, and exports the scene with the result as COLOR_0
-//! (`benches/blender/bake.py`). Then `dapple::vertices::bake` bakes the exported scene with the same number of
+//! (`benches/blender/bake.py`). Then `dapple::vertices::server::bake` bakes the exported scene with the same number of
 //! rays in all. The error of both is the root mean square over points spread evenly by area over all fronts
 //! against ambient occlusion there with RAYS rays (1,024); points inside geometry are left out. Times are of the bake
 //! alone, hierarchies included, without import and export: by the clock, and processor time of all threads.
@@ -22,7 +22,7 @@ use common::{points, processor_seconds};
 use dapple::obscurance::{Gather, Kernel, Obscurance};
 use dapple::scene::Scene;
 use dapple::trace::Tracer;
-use dapple::vertices::{self, Settings, Shape, Site, place};
+use dapple::vertices::server::{self as vertices, Settings, Shape, Site, place};
 use rayon::prelude::*;
 use std::path::Path;
 use std::process::Command;

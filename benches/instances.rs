@@ -38,7 +38,7 @@ use dapple::instances::server::{self, Context, Function, Group, Layout, Site, So
 use dapple::obscurance::{self, Blend, Gather, Obscurance, foliage};
 use dapple::scene::{Mesh, Pose, Scene};
 use dapple::trace::{Aabb, Tracer};
-use dapple::vertices;
+use dapple::vertices::server as vertices;
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;

@@ -9,7 +9,7 @@
 //! not see-through, on their fronts, against obscurance there with 1,024 rays; points inside geometry are left out.
 //! Methods:
 //!
-//! - `least squares`: `dapple::vertices::bake`.
+//! - `least squares`: `dapple::vertices::server::bake`.
 //! - `at vertices`: rays from the corners of the faces, averaged at each vertex by area; as many
 //!   rays in all as the samples of the fit took.
 //! - `mean of samples`: the samples of the fit, averaged at each vertex by area.
@@ -24,7 +24,7 @@ use common::{points, processor_seconds};
 use dapple::obscurance::{Gather, Obscurance};
 use dapple::scene::{Pose, Scene};
 use dapple::trace::Tracer;
-use dapple::vertices::{self, Settings, Shape, Site, baseline, place};
+use dapple::vertices::server::{self as vertices, Settings, Shape, Site, baseline, place};
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;

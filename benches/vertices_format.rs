@@ -22,7 +22,7 @@ use dapple::codec::vertices::*;
 use dapple::codec::*;
 use dapple::scene::{Mesh, Scene};
 use dapple::trace::Tracer;
-use dapple::vertices::{self as baked, Settings};
+use dapple::vertices::server::{self as baked, Settings};
 
 const LEVEL: i32 = 19;
 const SHARE: f32 = 0.97;

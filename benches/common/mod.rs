@@ -2,7 +2,7 @@
 
 use dapple::rng::Rng;
 use dapple::scene::Scene;
-use dapple::vertices::{Shape, Site};
+use dapple::vertices::server::{Shape, Site};
 
 /// Random points, evenly by area over everything that receives samples.
 pub fn points(scene: &Scene, shapes: &[Shape], count: usize) -> Vec<(usize, Site)> {

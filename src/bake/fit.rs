@@ -8,8 +8,8 @@ use crate::instances::server::solve::UnitBox;
 use crate::instances::server::{self as instances, Group};
 use crate::obscurance::{Gather, Obscurance};
 use crate::trace::Tracer;
-use crate::vertices::place::{self, Site};
-use crate::vertices::{self, Report, Shape};
+use crate::vertices::server::place::{self, Site};
+use crate::vertices::server::{self as vertices, Report, Shape};
 use rayon::prelude::*;
 
 /// An instance after the fit.

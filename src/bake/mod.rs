@@ -29,7 +29,7 @@ pub use plan::{Item, Plan, Traced};
 pub use signals::{Baked, InstanceSignals, Tone};
 
 use crate::obscurance::foliage;
-use crate::vertices;
+use crate::vertices::server as vertices;
 
 /// Everything that decides the bytes of a bake, besides the scene and its pose.
 #[derive(Clone, Debug, Default, PartialEq)]

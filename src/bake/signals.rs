@@ -3,7 +3,7 @@
 use super::ladder::{Ladder, Rung};
 use crate::instances::server::fit::Linear;
 use crate::obscurance::{Blend, Remap};
-use crate::vertices::{InstanceBake, Site};
+use crate::vertices::server::{InstanceBake, Site};
 
 /// How the kernels' values become signals.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -17,7 +17,7 @@ use crate::gltf_writer::Target;
 use crate::obscurance::foliage::{DENSITY, Rules};
 use crate::obscurance::{Blend, Kernel, Remap};
 use crate::regions::server::file::parse;
-use crate::vertices::{self, Sampling};
+use crate::vertices::server::{self as vertices, Sampling};
 use crate::world::World;
 use crate::{Error, Result};
 use farm::{Farm, Task};

@@ -7,6 +7,3 @@ pub mod client;
 pub mod sample;
 #[cfg(feature = "encode")]
 pub mod server;
-
-#[cfg(feature = "encode")]
-pub use server::*;

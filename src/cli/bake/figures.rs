@@ -9,7 +9,7 @@ use crate::bake::signals::shown;
 use crate::bake::{Baked, Plan};
 use crate::measure::table::grouped;
 use crate::obscurance::foliage::{Kind, Reason, Verdict};
-use crate::vertices::Report;
+use crate::vertices::server::Report;
 use serde::Serialize;
 
 /// Seconds by the clock.

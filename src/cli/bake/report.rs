@@ -26,7 +26,7 @@ pub fn create(
     view: &ViewArgs,
     plan: &Plan,
     baked: &Baked,
-    reports: &[vertices::Report],
+    reports: &[vertices::server::Report],
     figures: &Figures,
 ) -> Result<()> {
     files::create_folder(folder)?;
@@ -117,7 +117,7 @@ fn weights([a, b, c]: [Vec3; 3], point: Vec3) -> [f32; 3] {
 fn page(
     plan: &Plan,
     baked: &Baked,
-    reports: &[vertices::Report],
+    reports: &[vertices::server::Report],
     figures: &Figures,
     images: Vec<Image>,
     camera: &str,
