@@ -4,13 +4,18 @@ use dapple::measure::stress::{CASES, Effort, Finding};
 use std::process::Command;
 
 fn run(name: &str) -> Finding {
+    let finding = run_without_pictures(name);
+    assert!(!finding.pictures.is_empty());
+    finding
+}
+
+fn run_without_pictures(name: &str) -> Finding {
     let case = CASES.iter().find(|c| c.name == name).expect("a case");
     let finding = (case.run)(Effort::Quick).expect("a finding");
     for row in &finding.rows {
         println!("{name}, {}: {} = {}", row.at, row.figure, row.value);
         assert_ne!(row.holds(), Some(false), "{row:?}");
     }
-    assert!(!finding.pictures.is_empty());
     finding
 }
 
@@ -120,6 +125,53 @@ fn outside_of_the_volume_light_is_finite_steady_and_wrong() {
             1.0
         );
     }
+}
+
+#[test]
+fn least_squares_beats_vertices_on_a_floor_that_boxes_pierce() {
+    let found = run_without_pictures("buried-vertices");
+    let inside = |at| value(&found, at, "vertices inside (share)");
+    // 1, 9, 25 or 49 vertices a box.
+    assert!((inside("1.2") - 36.0 / 289.0).abs() < 1e-9);
+    assert!((inside("3.2") - 196.0 / 289.0).abs() < 1e-9);
+    for at in ["1.2", "2.2", "3.2"] {
+        let error = value(&found, at, "error, least squares");
+        assert!(error > 0.0 && error < 0.3, "{error}");
+    }
+}
+
+#[test]
+fn a_huge_triangle_takes_the_vertices_of_its_small_neighbours() {
+    let found = run_without_pictures("huge-triangle");
+    let error = |at| value(&found, at, "error, small faces at the long ones");
+    assert!(error("64") > 2.0 * error("0.25"));
+    assert_eq!(value(&found, "64", "outside of 0 to 1, with bounds"), 0.0);
+}
+
+#[test]
+fn a_flat_object_has_no_slope_across() {
+    let found = run_without_pictures("flat-object");
+    for (at, axes) in [
+        ("plane, 0.3, 192", 3.0),
+        ("plane, 0.0001, 192", 2.0),
+        ("line, 0.01, 192", 1.0),
+        ("point, 0.01, 192", 0.0),
+    ] {
+        assert_eq!(value(&found, at, "axes"), axes, "{at}");
+        assert!(value(&found, at, "error, scalar") <= value(&found, at, "error, 1"));
+    }
+    let gain = |at| value(&found, at, "error, linear") / value(&found, at, "error, scalar");
+    assert!(gain("plane, 0.3, 192") < 0.8);
+    assert!((gain("point, 0.0001, 192") - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_large_beta_closes_the_step_at_a_door_and_costs_the_rooms() {
+    let found = run_without_pictures("region-boundary");
+    let step = |at| value(&found, at, "step, rms");
+    assert!(step("100") < step("0.3") && step("0.3") < step("0"));
+    let error = |at| value(&found, at, "error, room");
+    assert!(error("100") > error("0"));
 }
 
 #[test]

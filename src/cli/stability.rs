@@ -10,8 +10,8 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Measure how light from probes fails: named scenes, each swept over one parameter until it breaks, with
-/// figures, bounds and pictures.
+/// Measure how light from probes and baked obscurance fail: named scenes, each swept over one parameter until
+/// it breaks, with figures, bounds and pictures.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder for table.md, table.csv, pictures and index.html; it is made if it is missing.

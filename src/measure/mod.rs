@@ -4,7 +4,7 @@
 //! - [`ssim`], [`flip`]: the two perceptual metrics they use
 //! - [`stability`]: flicker over time, and the reference's own noise
 //! - [`ddgi`]: the probe method that `probes` is compared with
-//! - [`stress`]: scenes that break light from probes, each swept over one parameter
+//! - [`stress`]: scenes that break light from probes and baked obscurance, each swept over one parameter
 //! - [`difference`]: pictures of signed differences
 //! - [`light`]: pictures by indirect light from probes, and their scores
 //! - [`evaluate`]: a stream encoded, decoded and scored

@@ -1,4 +1,4 @@
-//! Stress scenes for light from probes. Each is swept over one parameter, from values that work to
+//! Stress scenes for light from probes and for baked obscurance. Each is swept over one parameter, from values that work to
 //! values that do not, and has figures, bounds where one can be promised, a sentence on what happens
 //! beyond them, and pictures.
 //!
@@ -8,7 +8,9 @@
 //! - [`ringing`]: of an expansion about a small hot emitter
 //! - [`time`]: lag after a change, flicker without one
 //! - [`range`]: light too bright for the format, places outside of the volume
+//! - [`baked`]: the solvers of the baked models, where samples are missing, uneven or flat, and where regions meet
 
+pub mod baked;
 pub mod fixture;
 pub mod house;
 pub mod leaks;
@@ -61,7 +63,7 @@ pub struct Case {
 }
 
 /// All of them, in the order of the table.
-pub const CASES: [Case; 8] = [
+pub const CASES: [Case; 12] = [
     leaks::SEALED_ROOM,
     house::SEALED_HOUSE,
     ringing::RINGING,
@@ -70,6 +72,10 @@ pub const CASES: [Case; 8] = [
     leaks::PROBES_IN_WALLS,
     range::BRIGHT_SUN,
     range::OUTSIDE,
+    baked::vertices::BURIED,
+    baked::vertices::HUGE,
+    baked::instances::FLAT,
+    baked::regions::BOUNDARY,
 ];
 
 /// The measurements of a case.

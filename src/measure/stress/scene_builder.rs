@@ -26,7 +26,8 @@ impl SceneBuilder {
         SceneBuilder { scene }
     }
 
-    fn mesh(&mut self, mesh: Mesh) {
+    /// A mesh where it is, as an instance of its own.
+    pub fn mesh(&mut self, mesh: Mesh) {
         let number = self.scene.meshes.len();
         self.scene.instances.push(Instance {
             name: number.to_string(),
@@ -37,7 +38,7 @@ impl SceneBuilder {
     }
 
     /// A parallelogram of half extents `x`, `y`, seen from `x` cross `y`.
-    fn quad(mesh: &mut Mesh, centre: Vec3, x: Vec3, y: Vec3, material: u32) {
+    pub fn quad(mesh: &mut Mesh, centre: Vec3, x: Vec3, y: Vec3, material: u32) {
         let first = mesh.positions.len() as u32;
         mesh.positions
             .extend([-x - y, x - y, x + y, y - x].map(|d| centre + d));
