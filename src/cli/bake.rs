@@ -270,6 +270,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         Some(file) => Some(bake_regions(&plan, file)?),
     };
     let mut figures = Figures::new(&plan, &baked, &reports);
+    warn_of_darkness(&plan, figures.mean);
     figures.regions = regions.as_ref().map(|r| RegionFigures::new(&r.report));
     if let Some(stream) = stream {
         figures.stream = Some(stream.write(&plan, &baked, regions.as_ref())?);
@@ -357,6 +358,32 @@ fn warn_of_motion(scene: &crate::scene::Scene, time: f64) {
             n => format!("{name} and {n} more move or deform; their values are those of {time} s"),
         };
         output::warn(&format!("{}: {text}", scene.name));
+    }
+}
+
+/// Mean below which most of a scene looks black.
+const DARK: f64 = 0.2;
+
+/// A half-distance beyond the size of a closed scene leaves it black.
+fn warn_of_darkness(plan: &Plan, mean: f64) {
+    let kernels = plan.settings().vertices.kernels.iter();
+    let longest = kernels.fold(0.0, |longest, kernel| match *kernel {
+        Kernel::Exponential { half_distance } => half_distance.max(longest),
+        Kernel::CutOff { .. } => longest,
+    });
+    let scene = plan.scene();
+    let size = scene.size();
+    if mean < DARK && longest > size {
+        let [short, long] = [(0.03 * size).min(2.0), 0.3 * size].map(|m| {
+            let scale = 10f32.powi(1 - m.log10().floor() as i32);
+            output::significant(f64::from((m * scale).round() / scale))
+        });
+        output::warn(&format!(
+            "{}: the mean is {mean:.2}, nearly black, since blockers count half at {longest} m and the scene is {} m \
+             across; try --distances {short},{long}",
+            scene.name,
+            output::significant(f64::from(size)),
+        ));
     }
 }
 
