@@ -45,7 +45,14 @@ pub fn check_tracks(scene: &str, tracks: &[Track], limits: &Limits) -> Result<()
         names,
     )?;
     let state: u64 = tracks.iter().map(|track| track.model.state_bytes()).sum();
-    let fewer = "lower --density or --probes";
+    let is_baked = |track: &Track| match track.model {
+        Model::Points(_) | Model::Probes(_) => false,
+        Model::Vertices(_) | Model::Instances(_) | Model::Regions(_) => true,
+    };
+    let fewer = match tracks.iter().all(is_baked) {
+        true => "give the scene fewer vertices",
+        false => "lower --density or --probes",
+    };
     check(
         Limit::StateBytes,
         state,
