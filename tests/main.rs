@@ -36,6 +36,8 @@ mod shaders;
 mod stability;
 #[cfg(feature = "cli")]
 mod streams;
+#[cfg(feature = "render")]
+mod vertices_queries;
 
 /// A file that no `main.rs` names would not run.
 #[test]
