@@ -225,6 +225,22 @@ fn merged_tasks_equal_a_single_run() {
     );
 }
 
+/// A baked stream is drawn by its own method, wherever its values come from.
+#[test]
+fn baked_streams_are_drawn() {
+    let folder = folder();
+    let at = folder.path();
+    for (options, source) in [
+        ("", "lit at vertices 100.0 %"),
+        ("--tolerance 1", "by instance 100.0 %"),
+    ] {
+        runs(at, &format!("bake a.gltf -o b.dapple {SMALL} {options}"));
+        let drawn = "render b.dapple --scene a.gltf --size 64x36 --backend cpu -o b.png";
+        let text = runs(at, drawn);
+        assert!(text.contains(source), "{text}");
+    }
+}
+
 #[test]
 fn bad_arguments_and_scenes_are_refused_in_a_sentence() {
     let folder = folder();
@@ -257,6 +273,18 @@ fn bad_arguments_and_scenes_are_refused_in_a_sentence() {
         ("bake a.gltf --gltf b.glb --blend 2", 2, "--blend"),
         ("bake a.gltf --gltf b.glb --rays 0", 2, "--rays"),
         ("bake a.gltf --gltf b.glb --alpha=-1", 2, "--alpha"),
+        ("bake a.gltf -o b.dapple --tolerance 2", 2, "--tolerance"),
+        (
+            "bake a.gltf -o b.dapple --regions gone.json",
+            1,
+            "gone.json",
+        ),
+        ("bake a.gltf -o b.dapple --regions a.gltf", 1, "a.gltf"),
+        (
+            "bake a.gltf -o b.dapple --regions --remap 0:0.1,1:1",
+            2,
+            "--remap",
+        ),
         ("bake a.gltf --task 9/8 --parts p", 2, "1 to 8"),
         ("bake a.gltf --task 1/8", 2, "--parts"),
         ("bake a.gltf --task slurm --parts p", 2, "job array"),

@@ -16,10 +16,11 @@ use crate::bake::{FoliageSettings, Plan, Settings, Tone, Traced};
 use crate::gltf_writer::Target;
 use crate::obscurance::foliage::{DENSITY, Rules};
 use crate::obscurance::{Blend, Kernel, Remap};
+use crate::regions::server::Given as GivenRegions;
 use crate::regions::server::file::parse;
 use crate::vertices::server::{self as vertices, Sampling};
 use crate::world::World;
-use crate::{Error, Result};
+use crate::{Error, Result, files};
 use farm::{Farm, Task};
 use figures::{Figures, RegionFigures, Seconds};
 use source::Source;
@@ -31,13 +32,15 @@ use std::time::Instant;
 const EXAMPLES: &str = "\
 Examples:
   dapple bake scene.glb -o scene.dapple                           a stream of the model `vertices`
+  dapple bake scene.glb -o scene.dapple --tolerance 0.05          each instance in the cheapest way that holds
+  dapple bake scene.glb -o scene.dapple --regions                 and regions for objects that move
   dapple bake scene.glb --gltf baked.glb                          vertex attribute _AO
   dapple bake scene.glb --gltf baked.glb --into color             and multiplied into COLOR_0
   dapple bake scene.glb --gltf baked.glb --ao 0.5 --rays 64       plain occlusion within 0.5 m
   dapple bake scene.glb --task 3/8 --parts parts                  one of eight tasks of a farm
   dapple bake scene.glb --merge parts --gltf baked.glb            all of them put together";
 
-/// Bake ambient obscurance to the vertices of a scene.
+/// Bake ambient obscurance of a scene: at vertices, of instances, in regions.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -165,6 +168,10 @@ impl QualityArgs {
             let text = "--separate needs two distances";
             return Err(Error::Usage(text.into()));
         }
+        if self.regions.is_some() && self.remap.is_some() {
+            let text = "regions cannot follow a curve of values; leave out --remap or --regions";
+            return Err(Error::Usage(text.into()));
+        }
         Ok(Settings {
             vertices: vertices::Settings {
                 kernels,
@@ -224,6 +231,10 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         output::print(&format!("{}: it is done\n", task.part(key).display()))?;
         return Ok(ExitCode::SUCCESS);
     }
+    let given_regions = match args.quality.regions.as_deref() {
+        Some(file) if file.as_os_str() != FOUND => Some(read_regions(file)?),
+        _ => None,
+    };
     let is_task = matches!(farm, Farm::Task(_));
     let stream = args.stream.create(is_task)?;
     let gltf = match is_task {
@@ -267,7 +278,7 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
 
     let regions = match &args.quality.regions {
         None => None,
-        Some(file) => Some(bake_regions(&plan, file)?),
+        Some(_) => Some(bake_regions(&plan, given_regions)?),
     };
     let mut figures = Figures::new(&plan, &baked, &reports);
     warn_of_darkness(&plan, figures.mean);
@@ -292,19 +303,18 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
 /// In the place of a file of regions: those that are found.
 const FOUND: &str = "auto";
 
-/// Bakes regions: those of a file, or those that are found.
-fn bake_regions(plan: &Plan, file: &Path) -> Result<Regions> {
-    let given = match file.as_os_str() == FOUND {
-        true => None,
-        false => {
-            let name = file.display().to_string();
-            let text = std::fs::read_to_string(file).map_err(|source| Error::Io {
-                path: file.to_owned(),
-                source,
-            })?;
-            Some(parse(&name, &text)?)
-        }
-    };
+/// The regions of a file.
+fn read_regions(file: &Path) -> Result<GivenRegions> {
+    let text = std::fs::read_to_string(file).map_err(|source| Error::Io {
+        path: file.to_owned(),
+        source,
+    })?;
+    files::protect(file);
+    parse(&file.display().to_string(), &text)
+}
+
+/// Bakes regions: those that are given, or those that are found.
+fn bake_regions(plan: &Plan, given: Option<GivenRegions>) -> Result<Regions> {
     let baking = Progress::spinner("Baking regions");
     let regions = regions::bake(plan, given);
     drop(baking);
