@@ -28,7 +28,8 @@ mod tests;
 pub use plan::{Item, Plan, Traced};
 pub use signals::{Baked, InstanceSignals, Tone};
 
-use crate::obscurance::foliage;
+use crate::codec::signals::{Kernel as Distance, Signals};
+use crate::obscurance::{Kernel, foliage};
 use crate::vertices::server as vertices;
 
 /// Everything that decides the bytes of a bake, besides the scene and its pose.
@@ -45,6 +46,24 @@ pub struct Settings {
     pub tolerance: Option<f64>,
     /// How shrubs and trees attenuate rays; `None` where they stop them as other meshes do.
     pub foliage: Option<FoliageSettings>,
+}
+
+impl Settings {
+    /// What the values of a stream are.
+    pub fn block(&self) -> Signals {
+        let kernel = |kernel: &Kernel| match *kernel {
+            Kernel::Exponential { half_distance } => Distance::exponential(half_distance),
+            Kernel::CutOff { distance } => Distance::cut_off(distance),
+        };
+        let share = self.tone.blend.long;
+        let kernels: Vec<Distance> = self.vertices.kernels.iter().map(kernel).collect();
+        match kernels[..] {
+            [short, long] if self.tone.separate => Signals::two(short, long, share),
+            [short, long] => Signals::blended(short, long, share),
+            [one, ..] => Signals::one(one),
+            [] => Signals::one(Distance::NONE),
+        }
+    }
 }
 
 /// Foliage that attenuates rays.

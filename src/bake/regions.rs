@@ -1,7 +1,7 @@
 //! Regions for objects that move, baked beside the instances of a scene. They are no items of work: the process
 //! that fits a bake traces them, too.
 
-use super::{Plan, stream};
+use super::Plan;
 use crate::codec::regions::{Coding, Content, RegionSet};
 use crate::regions::server::stored::store;
 use crate::regions::server::{self as regions, Derivatives, Form, Given, Model, RegionBake, Rung};
@@ -73,7 +73,7 @@ pub fn bake(plan: &Plan, given: Option<Given>) -> Result<Regions> {
         .zip(&chosen)
         .map(|(region, rung)| (model(region, rung.form), rung.form))
         .collect();
-    let signals = stream::signals(plan);
+    let signals = settings.block();
     let (set, content) = store(&models, kernels, signals, BOUND, Coding::Packed)?;
     let errors: Vec<f64> = chosen.iter().filter_map(|rung| rung.error).collect();
     let squares: f64 = errors.iter().map(|error| error * error).sum();

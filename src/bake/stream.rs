@@ -7,7 +7,6 @@ use super::{Baked, Plan};
 use crate::Result;
 use crate::codec::instances::{self, Entry, Form, Table};
 use crate::codec::regions;
-use crate::codec::signals::{Kernel as Distance, Signals};
 use crate::codec::vertices::{self, Vertices, dithered, remap};
 use crate::codec::{
     Compression, Encoder, EncoderConfig, GroupStart, Limits, LookupSpace, Model, StateDigest,
@@ -15,7 +14,6 @@ use crate::codec::{
 };
 use crate::instances::server::table::{Function, table};
 use crate::limits::check_tracks;
-use crate::obscurance::Kernel;
 use crate::scene::{Mesh, Scene};
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -197,7 +195,7 @@ fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> R
     of_meshes.sort_by_key(|(mesh, _)| *mesh);
     for (mesh, functions) in of_meshes {
         let coding = instances::Coding::Packed;
-        if let Some((table, entries)) = table(signals(plan), &functions, BOUND, coding)? {
+        if let Some((table, entries)) = table(plan.settings().block(), &functions, BOUND, coding)? {
             let id = content.tracks.len() as u32 + 1;
             let model = Model::Instances(table);
             content.tracks.push(track(scene, id, None, mesh, model));
@@ -242,33 +240,11 @@ fn track(scene: &Scene, id: u32, instance: Option<usize>, mesh: usize, model: Mo
 
 fn declaration(plan: &Plan, options: Options, distinct: &[u32]) -> Vertices {
     Vertices {
-        signals: signals(plan),
+        signals: plan.settings().block(),
         count: distinct.iter().max().map_or(0, |last| last + 1),
         bits: options.bits,
         order: Vertices::DISTINCT_ORDER,
         coding: vertices::Coding::Packed,
-    }
-}
-
-/// What the values are.
-pub(super) fn signals(plan: &Plan) -> Signals {
-    let settings = plan.settings();
-    let kernel = |kernel: &Kernel| match *kernel {
-        Kernel::Exponential { half_distance } => Distance::exponential(half_distance),
-        Kernel::CutOff { distance } => Distance::cut_off(distance),
-    };
-    let share = settings.tone.blend.long;
-    match settings
-        .vertices
-        .kernels
-        .iter()
-        .map(kernel)
-        .collect::<Vec<_>>()[..]
-    {
-        [short, long] if settings.tone.separate => Signals::two(short, long, share),
-        [short, long] => Signals::blended(short, long, share),
-        [one, ..] => Signals::one(one),
-        [] => Signals::one(Distance::NONE),
     }
 }
 
