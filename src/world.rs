@@ -72,7 +72,7 @@ impl<'s> World<'s> {
         let scene = self.scene;
         scene.pose_into(time, &mut self.other);
         let (now, next) = (&self.pose, &self.other);
-        let can_move = |i: usize| scene.is_moving_instance(i) || scene.is_deforming_instance(i);
+        let can_move = |i: usize| scene.can_move(i);
         let moves = |i: &usize| {
             can_move(*i)
                 && (now.world_from_mesh[*i] != next.world_from_mesh[*i]

@@ -129,7 +129,7 @@ fn outside_of_the_volume_light_is_finite_steady_and_wrong() {
 
 #[test]
 fn least_squares_beats_vertices_on_a_floor_that_boxes_pierce() {
-    let found = run_without_pictures("buried-vertices");
+    let found = run_without_pictures("vertices-inside-geometry");
     let inside = |at| value(&found, at, "vertices inside (share)");
     // 1, 9, 25 or 49 vertices a box.
     assert!((inside("1.2") - 36.0 / 289.0).abs() < 1e-9);

@@ -113,14 +113,10 @@ impl Plan<'_> {
         let tone = &self.settings.tone;
         let (samples, numbers) = self.ladder_samples(instance, sites, gathers);
         let mut ladder = Ladder::functions(&samples, self.signals(), tone, None);
-        // Which samples of the fit are held out follows from their numbers among the valid ones, as in `samples`.
-        let held_out: Vec<bool> = {
-            let mut held_out = vec![false; sites.len()];
-            for (sample, &number) in samples.iter().zip(&numbers) {
-                held_out[number] = sample.held_out;
-            }
-            held_out
-        };
+        let mut held_out = vec![false; sites.len()];
+        for (sample, &number) in samples.iter().zip(&numbers) {
+            held_out[number] = sample.held_out;
+        }
         let (part, _) = self.fit_vertices(shape, sites, gathers, |site| !held_out[site]);
         let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
         ladder.add_vertices(&samples, tone, |sample| {

@@ -15,6 +15,7 @@ use crate::codec::{
 use crate::instances::server::table::{Function, table};
 use crate::limits::check_tracks;
 use crate::scene::{Mesh, Scene};
+use crate::trace::Aabb;
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -140,10 +141,7 @@ pub fn write(
 /// instances have functions. Where there are regions, instances that move or deform have nothing: regions light them.
 fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> Result<Content> {
     let scene = plan.scene();
-    let is_static = |instance: usize| {
-        let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
-        !(has_regions && moves)
-    };
+    let is_static = |instance: usize| !(has_regions && scene.can_move(instance));
     let mut content = Content {
         tracks: Vec::new(),
         vertices: Vec::new(),
@@ -164,14 +162,16 @@ fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> R
         .iter()
         .filter(|local| with_local.contains(&local.mesh));
     let shared = shared.map(|local| (None, local.mesh, &local.signals));
+    let mut distinct_of_mesh: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
     for (instance, mesh, signals) in shared.chain(own) {
         let id = content.tracks.len() as u32 + 1;
-        let distinct = distinct_vertices(&scene.meshes[mesh]);
-        let model = Model::Vertices(declaration(plan, options, &distinct));
+        let distinct = distinct_of_mesh.entry(mesh);
+        let distinct = distinct.or_insert_with(|| distinct_vertices(&scene.meshes[mesh]));
+        let model = Model::Vertices(declaration(plan, options, distinct));
         content.tracks.push(track(scene, id, instance, mesh, model));
         content
             .vertices
-            .push((id, codes(&distinct, signals, options.bits)));
+            .push((id, codes(distinct, signals, options.bits)));
     }
     // Equal meshes share a table.
     let mut functions: BTreeMap<u64, (usize, Vec<Function>)> = BTreeMap::new();
@@ -223,7 +223,7 @@ fn region_track(id: u32, regions: &Regions) -> Track {
 
 /// A track of an instance, or of all instances of a mesh.
 fn track(scene: &Scene, id: u32, instance: Option<usize>, mesh: usize, model: Model) -> Track {
-    let (min, max) = bounds(&scene.meshes[mesh]);
+    let Aabb { min, max } = Aabb::of(scene.meshes[mesh].positions.iter().copied());
     Track {
         id,
         target: Target {
@@ -250,9 +250,10 @@ fn declaration(plan: &Plan, options: Options, distinct: &[u32]) -> Vertices {
 
 /// The distinct vertex of each vertex of a mesh.
 fn distinct_vertices(mesh: &Mesh) -> Vec<u32> {
-    let arrays =
-        |vectors: &[Vec3]| -> Vec<[f32; 3]> { vectors.iter().map(|v| v.to_array()).collect() };
-    remap(&arrays(&mesh.positions), &arrays(&mesh.normals))
+    remap(
+        bytemuck::cast_slice(&mesh.positions),
+        bytemuck::cast_slice(&mesh.normals),
+    )
 }
 
 /// The codes of the distinct vertices of a mesh, signals side by side.
@@ -278,10 +279,4 @@ fn values(codes: &[u8], bits: u8) -> Vec<u8> {
         _ => ((u32::from(*code) * 255 + 15) / 31) as u8,
     };
     codes.iter().map(value).collect()
-}
-
-fn bounds(mesh: &Mesh) -> (Vec3, Vec3) {
-    let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let all = mesh.positions.iter();
-    all.fold(none, |(low, high), p| (low.min(*p), high.max(*p)))
 }

@@ -359,7 +359,7 @@ fn run_task(task: &Task, plan: &Plan, key: u64) -> Result<String> {
 
 /// A baked scene is one moment of an animation.
 fn warn_of_motion(scene: &crate::scene::Scene, time: f64) {
-    let moves = |i: &usize| scene.is_moving_instance(*i) || scene.is_deforming_instance(*i);
+    let moves = |i: &usize| scene.can_move(*i);
     let mut moving = (0..scene.instances.len()).filter(moves);
     if let Some(first) = moving.next() {
         let (name, more) = (&scene.instances[first].name, moving.count());

@@ -460,7 +460,7 @@ fn nearest(
         let Some(hit) = hit else { break };
         let instance = hit.instance as usize;
         let position = ray.origin + direction * hit.t;
-        if !scene.is_moving_instance(instance) && !scene.is_deforming_instance(instance) {
+        if !scene.can_move(instance) {
             return Nearest {
                 distance: (position - origin).length(),
                 back_face: hit.back && !scene.is_double_sided(instance, hit.triangle as usize),

@@ -129,7 +129,7 @@ fn visible(scene: &Scene, pose: &Pose, tracer: &Tracer) -> Option<Aabb> {
             let at = scene
                 .surface(pose, instance, hit.triangle as usize, hit.u, hit.v)
                 .facing(direction);
-            let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
+            let moves = scene.can_move(instance);
             if !moves && !scene.materials[at.material].is_see_through() {
                 (0..3).for_each(|axis| felt[axis].push(at.position[axis]));
             }

@@ -110,7 +110,7 @@ impl<'c> Baked<'c> {
             self.meshes.len() as u32 - 1
         });
         let has_entry = self.instances.entry(instance).is_some();
-        let moves = scene.is_moving_instance(instance) || scene.is_deforming_instance(instance);
+        let moves = scene.can_move(instance);
         let region = || {
             let place = self.regions.find(middle(scene, pose, instance));
             place.map(Source::Region)

@@ -84,6 +84,11 @@ impl Scene {
             .is_some_and(|d| *d)
     }
 
+    /// Whether the instance's surface can ever move: it is moving or deforming.
+    pub fn can_move(&self, instance: usize) -> bool {
+        self.is_moving_instance(instance) || self.is_deforming_instance(instance)
+    }
+
     /// Whether any triangle of the mesh needs [`Scene::alpha_is_hole`].
     pub fn mesh_has_holes(&self, mesh: usize) -> bool {
         self.derived().mesh_has_holes.get(mesh).is_some_and(|d| *d)

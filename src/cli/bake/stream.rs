@@ -119,16 +119,23 @@ impl Stream {
         let (bytes, tracks) = write(plan, baked, regions, self.options)?;
         self.sink.write(&bytes)?;
         self.sink.finish()?;
+        let measured = |baked: &Baked, bytes: usize| Alternative {
+            bytes: bytes as u64,
+            error: baked.error(),
+        };
         let alternative = |baked: &Baked| -> Result<Alternative> {
-            Ok(Alternative {
-                bytes: write(plan, baked, None, self.options)?.0.len() as u64,
-                error: baked.error(),
-            })
+            Ok(measured(
+                baked,
+                write(plan, baked, None, self.options)?.0.len(),
+            ))
         };
         let alternatives = match plan.settings().tolerance {
             None => None,
             Some(_) => Some(Alternatives {
-                chosen: alternative(baked)?,
+                chosen: match regions {
+                    None => measured(baked, bytes.len()),
+                    Some(_) => alternative(baked)?,
+                },
                 cheapest: alternative(&baked.cheapest())?,
                 richest: alternative(&baked.richest())?,
             }),

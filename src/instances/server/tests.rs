@@ -218,9 +218,9 @@ fn ceiling_over_leaves_gives_its_integral() {
     }
 }
 
-/// A buried instance has no valid sample, and keeps 1.
+/// An instance inside geometry has no valid sample, and keeps 1.
 #[test]
-fn buried_instance_keeps_one() {
+fn instance_inside_geometry_keeps_one() {
     use crate::obscurance::shapes::{cuboid, scene};
     let inner = cuboid(Vec3::splat(-0.5), Vec3::splat(0.5));
     let (scene, pose) = scene(vec![inner, cuboid(Vec3::splat(-2.0), Vec3::splat(2.0))]);

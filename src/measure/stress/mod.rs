@@ -72,7 +72,7 @@ pub const CASES: [Case; 12] = [
     leaks::PROBES_IN_WALLS,
     range::BRIGHT_SUN,
     range::OUTSIDE,
-    baked::vertices::BURIED,
+    baked::vertices::INSIDE_GEOMETRY,
     baked::vertices::HUGE,
     baked::instances::FLAT,
     baked::regions::BOUNDARY,

@@ -124,7 +124,7 @@ pub(super) fn track(
         grid_scale: scale,
         posed,
         deforms,
-        movable: is_movable(scene, instance),
+        movable: scene.can_move(instance),
         store: Store::new(grid, point_count, options.overflow),
         sent_ao: vec![0; point_count],
         hidden: vec![false; point_count],
@@ -138,10 +138,6 @@ pub(super) fn track(
         chunk_is_stale: vec![false; chunks],
         template,
     })
-}
-
-pub(super) fn is_movable(scene: &Scene, instance: usize) -> bool {
-    scene.is_moving_instance(instance) || scene.is_deforming_instance(instance)
 }
 
 /// Metres in the bind pose per metre of the stored vertices: inverse bind matrices may hide a scale.

@@ -15,8 +15,8 @@ use crate::world::World;
 use crate::{Error, Result};
 use glam::Vec3;
 
-pub const BURIED: Case = Case {
-    name: "buried-vertices",
+pub const INSIDE_GEOMETRY: Case = Case {
+    name: "vertices-inside-geometry",
     about: "A floor of 8 m in cells of 0.5 m, pierced by four boxes that grow until little of it is left. The \
             share of its vertices inside the boxes; rms error, over samples of the open floor that no fit used, of \
             least squares with and without its regulariser, of obscurance traced at the vertices, and of the fit's \
@@ -25,7 +25,7 @@ pub const BURIED: Case = Case {
     beyond: "Beside a box obscurance changes within a cell, and the regulariser smooths that away: without it the \
              error is a quarter to a half. Where the open floor is much narrower than a cell, few samples fall on it, and with \
              the regulariser the fit is worse than obscurance at the vertices.",
-    run: buried,
+    run: inside_geometry,
 };
 
 pub const HUGE: Case = Case {
@@ -158,7 +158,7 @@ fn outside(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |far, v| (v - 1.0).max(-v).max(far))
 }
 
-fn buried(effort: Effort) -> Result<Finding> {
+fn inside_geometry(effort: Effort) -> Result<Finding> {
     let widths = [
         (0.2f32, false),
         (1.2, true),
@@ -170,7 +170,7 @@ fn buried(effort: Effort) -> Result<Finding> {
     let mut finding = Finding::default();
     for width in effort.settings(&widths) {
         let grid = lines(-4.0, 0.5, 16);
-        let mut builder = SceneBuilder::new("buried-vertices", 0.5);
+        let mut builder = SceneBuilder::new("vertices-inside-geometry", 0.5);
         builder.mesh(sheet(&grid, &grid));
         let half = Vec3::new(0.5 * width, 0.0, 0.5 * width);
         let middles =
