@@ -4,6 +4,7 @@
 //! A new model is a folder here, a line in each item of this file, and what the compiler asks for where
 //! programs tell models apart. Nothing else in this crate names a model.
 
+pub(crate) mod baked;
 pub mod instances;
 pub(crate) mod payload_header;
 pub mod points;

@@ -31,7 +31,7 @@ pub(crate) const DESCRIPTOR: Descriptor = Descriptor {
     codings: &["raw", "packed"],
     spaces: &[LookupSpace::Mesh],
     read: |coding, reader| Ok(Model::Instances(Table::read(coding, reader)?)),
-    track_bytes: Store::TRACK_BYTES,
+    track_bytes: decode::TRACK_BYTES,
 };
 
 impl Track {

@@ -7,6 +7,7 @@ use super::{COEFFICIENTS, Table, Value};
 use crate::dirty::{Buffer, Dirty, DirtyRange};
 use crate::error::ErrorKind;
 use crate::memory::reserve::{reserve_bounded, reserve_exact};
+use crate::models::baked::BakedState;
 use crate::session::track::TrackState;
 
 /// All tables, as of the last commit.
@@ -61,16 +62,12 @@ impl State {
         Some(&self.tables[self.index_of(track.track.id)?])
     }
 
-    pub(super) fn index_of(&self, id: u32) -> Option<usize> {
-        self.tables.binary_search_by_key(&id, |t| t.id).ok()
-    }
-
-    pub(super) fn get_mut(&mut self, id: u32) -> Option<&mut TableState> {
-        let index = self.index_of(id)?;
-        Some(&mut self.tables[index])
-    }
-
-    pub(super) fn add(&mut self, id: u32, table: &Table, limit: usize) -> Result<(), ErrorKind> {
+    pub(super) fn add_table(
+        &mut self,
+        id: u32,
+        table: &Table,
+        limit: usize,
+    ) -> Result<(), ErrorKind> {
         reserve_bounded(&mut self.tables, 1, limit)?;
         self.tables.push(TableState {
             id,

@@ -1,48 +1,22 @@
-//! The payload of a `regions` record, read: decoded when it comes, beside the committed content, and
-//! exchanged with it at the commit. Nothing after the checks can fail.
-
-use core::mem;
-use core::ops::Range;
-
-use alloc::vec::Vec;
+//! The section of a track in a `regions` record, read: regions that are decoded beside the committed
+//! ones, and exchanged with them at the commit.
 
 use super::packed::{FIRST, Walk};
 use super::state::{Arrays, SetState};
 use super::{Coding, Form, MOST_COEFFICIENTS, Region, RegionSet, State, contexts, raw};
 use crate::entropy;
 use crate::error::ErrorKind;
-use crate::memory::reserve::reserve_bounded;
-use crate::models::payload_header::{Base, PayloadHeader, ShapeErrors};
-use crate::models::state::{ModelState, PendingView, Rollback};
+use crate::models::baked::{BakedState, BakedStore, Content, Staged};
+use crate::models::payload_header::ShapeErrors;
 use crate::models::{ModelKind, Parameters};
 use crate::session::digest::StateDigest;
-use crate::session::track::{self, Track, TrackState};
-
-const SHAPE_ERRORS: ShapeErrors = ShapeErrors {
-    size: ErrorKind::RegionsSize,
-    reserved: ErrorKind::RegionsReserved,
-};
+use crate::session::track::Track;
 
 /// The state of the model, and what the pending frame has for it.
-#[derive(Default)]
-pub(crate) struct Store {
-    pub(crate) state: State,
-    staged: Vec<StagedSet>,
-    work: u64,
-}
+pub(crate) type Store = BakedStore<State>;
 
-/// A track of the pending frame, whose regions are decoded.
-struct StagedSet {
-    /// Index in the state's list of sets.
-    index: usize,
-    /// Where its payload starts in those of the frame.
-    payload: usize,
-}
-
-impl Store {
-    /// What is kept of a track beside its arrays.
-    pub(super) const TRACK_BYTES: usize = size_of::<SetState>() + size_of::<StagedSet>();
-}
+/// What is kept of a track beside its arrays.
+pub(super) const TRACK_BYTES: usize = size_of::<SetState>() + size_of::<Staged>();
 
 /// The tracks of the model, with their ids.
 fn sets(tracks: &[Track]) -> impl Iterator<Item = (u32, &RegionSet)> {
@@ -51,136 +25,76 @@ fn sets(tracks: &[Track]) -> impl Iterator<Item = (u32, &RegionSet)> {
         .filter_map(|track| Some((track.id, track.region_set()?)))
 }
 
-impl ModelState for Store {
-    fn plan(&mut self, tracks: &[Track]) -> Result<Option<u64>, ErrorKind> {
-        let there = self.state.sets.iter().map(|set| &set.set);
+impl BakedState for State {
+    const MODEL: ModelKind = ModelKind::Regions;
+    const SHAPE_ERRORS: ShapeErrors = ShapeErrors {
+        size: ErrorKind::RegionsSize,
+        reserved: ErrorKind::RegionsReserved,
+    };
+    type Plan = ();
+
+    fn plan(&self, tracks: &[Track]) -> Result<((), Option<u64>), ErrorKind> {
+        let there = self.sets.iter().map(|set| &set.set);
         let all = there.chain(sets(tracks).map(|(_, set)| set));
         let bytes = all.fold(0u64, |sum, set| sum.saturating_add(set.state_bytes()));
-        Ok(usize::try_from(bytes).is_ok().then_some(bytes))
+        Ok(((), usize::try_from(bytes).is_ok().then_some(bytes)))
     }
 
-    fn add(
-        &mut self,
-        tracks: &[Track],
-        _max_bytes: u64,
-        max_tracks: usize,
-    ) -> Result<(), ErrorKind> {
-        sets(tracks).try_for_each(|(id, set)| self.state.add(id, set, max_tracks))
+    fn add(&mut self, tracks: &[Track], (): (), max_tracks: usize) -> Result<(), ErrorKind> {
+        sets(tracks).try_for_each(|(id, set)| self.add_set(id, set, max_tracks))
     }
 
     fn remove(&mut self, removed: &dyn Fn(u32) -> bool) {
-        self.state.sets.retain(|set| !removed(set.id));
+        self.sets.retain(|set| !removed(set.id));
     }
 
-    fn stage(
-        &mut self,
-        payloads: &mut [u8],
-        payload: Range<usize>,
-        _base: Base,
-        tracks: &mut [TrackState],
-    ) -> Result<(), ErrorKind> {
-        let bytes = &payloads[payload.clone()];
-        let mut header = PayloadHeader::read_keyframe(bytes, SHAPE_ERRORS)?;
-        let mut at = header.bytes();
-        for i in 0..header.count {
-            let entry = header.entry(bytes, i, ModelKind::Regions, tracks)?;
-            let [size, reserved] = entry.numbers;
-            if reserved != 0 {
-                return Err(ErrorKind::RegionsReserved);
-            }
-            let section = bytes[at..].get(..size as usize);
-            let section = section.ok_or(ErrorKind::RegionsSize)?;
-            at += section.len();
-            let index = self.state.index_of(entry.id);
-            let index = index.ok_or(ErrorKind::UnknownTrack)?;
-            reserve_bounded(&mut self.staged, 1, tracks.len())?;
-            let set = &mut self.state.sets[index];
-            let read = match set.set.coding {
-                Coding::Raw => raw::read(section, &set.set, &mut set.next),
-                Coding::Packed => read_packed(section, &set.set, &mut set.next),
-            };
-            self.work += (set.next.regions.len() + 4 * set.next.pairs.len()) as u64;
-            // Kept before the result is looked at, so that an error rolls it back.
-            tracks[entry.slot].staged = Some(self.staged.len() as u32);
-            self.staged.push(StagedSet {
-                index,
-                payload: payload.start,
-            });
-            read?;
-        }
-        if at != bytes.len() {
-            return Err(ErrorKind::RegionsSize);
-        }
-        Ok(())
+    fn index_of(&self, id: u32) -> Option<usize> {
+        self.sets.binary_search_by_key(&id, |set| set.id).ok()
     }
 
-    fn rollback(&mut self, to: Rollback, tracks: &mut [TrackState]) {
-        let first = match to {
-            Rollback::ToPayload(kept) => self.staged.partition_point(|s| s.payload < kept),
-            Rollback::Frame => 0,
+    fn id_of(&self, index: usize) -> u32 {
+        self.sets[index].id
+    }
+
+    fn read(&mut self, index: usize, section: &[u8], work: &mut u64) -> Result<(), ErrorKind> {
+        let set = &mut self.sets[index];
+        let result = match set.set.coding {
+            Coding::Raw => raw::read(section, &set.set, &mut set.next),
+            Coding::Packed => read_packed(section, &set.set, &mut set.next),
         };
-        for staged in self.staged.drain(first..) {
-            let set = &mut self.state.sets[staged.index];
-            set.next.clear();
-            if let Some(at) = track::find(tracks, set.id) {
-                tracks[at].staged = None;
-            }
-        }
+        *work += (set.next.regions.len() + 4 * set.next.pairs.len()) as u64;
+        result
     }
 
-    fn commit(&mut self, pending: PendingView<'_>, tracks: &[TrackState]) -> u32 {
-        let mut items = 0;
-        for staged in self.staged.drain(..) {
-            let set = &mut self.state.sets[staged.index];
-            items += set.next.regions.len() as u32;
-            self.work += set.apply();
-        }
-        if pending.emptied {
-            for track in tracks {
-                if track.staged.is_none()
-                    && track.filled
-                    && let Some(set) = self.state.get_mut(track.track.id)
-                {
-                    self.work += 1;
-                    set.empty();
-                }
-            }
-        }
-        if pending.removes {
-            self.remove(&|id| track::is_removed(tracks, id));
-        }
-        items
+    fn discard(&mut self, index: usize) {
+        self.sets[index].next.clear();
     }
 
-    fn digest(
-        &self,
-        track: &TrackState,
-        pending: Option<PendingView<'_>>,
-        digest: &mut StateDigest,
-    ) {
-        let Some(set) = self.state.of(track) else {
-            return;
-        };
+    fn apply(&mut self, index: usize, work: &mut u64) -> u32 {
+        let set = &mut self.sets[index];
+        let regions = set.next.regions.len() as u32;
+        *work += set.apply();
+        regions
+    }
+
+    fn empty(&mut self, index: usize, work: &mut u64) {
+        *work += 1;
+        self.sets[index].empty();
+    }
+
+    fn digest(&self, index: usize, content: Content, digest: &mut StateDigest) {
+        let set = &self.sets[index];
         let none = Arrays::default();
-        let arrays = match pending {
-            Some(_) if track.staged.is_some() => &set.next,
-            Some(pending) if pending.emptied => &none,
-            _ => &set.content,
+        let arrays = match content {
+            Content::Pending => &set.next,
+            Content::None => &none,
+            Content::Committed => &set.content,
         };
         digest.regions_content(&arrays.regions, &arrays.pairs);
     }
 
-    fn take_work(&mut self) -> u64 {
-        mem::take(&mut self.work)
-    }
-
     fn clear_dirty(&mut self) {
-        self.state.sets.iter_mut().for_each(SetState::clear_dirty);
-    }
-
-    fn reset(&mut self) {
-        self.staged.clear();
-        self.state.sets.clear();
+        self.sets.iter_mut().for_each(SetState::clear_dirty);
     }
 }
 

@@ -33,7 +33,7 @@ pub(crate) const DESCRIPTOR: Descriptor = Descriptor {
     codings: &["raw", "packed"],
     spaces: &[LookupSpace::Mesh],
     read: |coding, reader| Ok(Model::Regions(RegionSet::read(coding, reader)?)),
-    track_bytes: Store::TRACK_BYTES,
+    track_bytes: decode::TRACK_BYTES,
 };
 
 impl Track {

@@ -9,6 +9,7 @@ use super::{Form, Pair, Region, RegionSet};
 use crate::dirty::{Buffer, Dirty, DirtyRange};
 use crate::error::ErrorKind;
 use crate::memory::reserve::{reserve_bounded, reserve_exact};
+use crate::models::baked::BakedState;
 use crate::session::track::TrackState;
 
 /// What a region and a pair count against the limit of decoded state (`spec/regions.md` §3): as
@@ -60,16 +61,12 @@ impl State {
         Some(&self.sets[self.index_of(track.track.id)?])
     }
 
-    pub(super) fn index_of(&self, id: u32) -> Option<usize> {
-        self.sets.binary_search_by_key(&id, |set| set.id).ok()
-    }
-
-    pub(super) fn get_mut(&mut self, id: u32) -> Option<&mut SetState> {
-        let index = self.index_of(id)?;
-        Some(&mut self.sets[index])
-    }
-
-    pub(super) fn add(&mut self, id: u32, set: &RegionSet, limit: usize) -> Result<(), ErrorKind> {
+    pub(super) fn add_set(
+        &mut self,
+        id: u32,
+        set: &RegionSet,
+        limit: usize,
+    ) -> Result<(), ErrorKind> {
         reserve_bounded(&mut self.sets, 1, limit)?;
         self.sets.push(SetState {
             id,

@@ -30,7 +30,7 @@ pub(crate) const DESCRIPTOR: Descriptor = Descriptor {
     codings: &["raw", "packed"],
     spaces: &[LookupSpace::Mesh],
     read: |coding, reader| Ok(Model::Vertices(Vertices::read(coding, reader)?)),
-    track_bytes: Store::TRACK_BYTES,
+    track_bytes: decode::TRACK_BYTES,
 };
 
 /// Most vertices of a track.

@@ -8,6 +8,7 @@ use crate::dirty::{Buffer, Dirty, DirtyList};
 use crate::error::ErrorKind;
 use crate::memory::free_ranges::FreeRanges;
 use crate::memory::reserve::{reserve_bounded, reserve_exact};
+use crate::models::baked::BakedState;
 use crate::session::track::{Track, TrackState};
 
 /// Dirty ranges of the array.
@@ -37,7 +38,7 @@ impl Place {
 }
 
 /// Where planned tracks will lie.
-pub(super) struct Plan {
+pub(crate) struct Plan {
     firsts: Vec<u32>,
     free: FreeRanges,
     end: u64,
@@ -91,13 +92,9 @@ impl State {
         Some(&self.places[self.index_of(track.track.id)?])
     }
 
-    pub(super) fn index_of(&self, id: u32) -> Option<usize> {
-        self.places.binary_search_by_key(&id, |place| place.id).ok()
-    }
-
     /// Plans places for the tracks of the model. Returns the bytes of state with them too, or none
     /// where there are more values than indices count.
-    pub(super) fn plan(&self, tracks: &[Track]) -> Result<(Plan, Option<u64>), ErrorKind> {
+    pub(super) fn plan_places(&self, tracks: &[Track]) -> Result<(Plan, Option<u64>), ErrorKind> {
         let mut firsts = Vec::new();
         reserve_exact(&mut firsts, tracks.len())?;
         // Each track gives one range back when it is removed.
@@ -122,7 +119,7 @@ impl State {
     }
 
     /// Takes in the tracks of a plan, open. There may be `limit` tracks.
-    pub(super) fn add(
+    pub(super) fn add_places(
         &mut self,
         tracks: &[Track],
         plan: Plan,
@@ -153,7 +150,7 @@ impl State {
     }
 
     /// Opens the tracks that `removed` picks by their ids, and frees their places.
-    pub(super) fn remove(&mut self, removed: impl Fn(u32) -> bool) {
+    pub(super) fn remove_places(&mut self, removed: impl Fn(u32) -> bool) {
         for index in 0..self.places.len() {
             if removed(self.places[index].id) {
                 self.open(index);
@@ -172,26 +169,11 @@ impl State {
         self.touch(index);
     }
 
-    /// Makes the pending values of a track the committed ones.
-    pub(super) fn apply(&mut self, index: usize) {
-        let values = self.places[index].values();
-        let (now, next) = (&mut self.values[values.clone()], &self.next[values]);
-        if now != next {
-            now.copy_from_slice(next);
-            self.touch(index);
-        }
-    }
-
     /// The whole of a track is dirty, with its padding.
-    fn touch(&mut self, index: usize) {
+    pub(super) fn touch(&mut self, index: usize) {
         let place = &self.places[index];
         let end = place.first + region_bytes(&place.vertices);
         self.dirty.add(place.first, end);
-    }
-
-    /// Forgets all tracks, and gives their memory back: the next stream may need it for other models.
-    pub(super) fn reset(&mut self) {
-        *self = State::default();
     }
 }
 
