@@ -58,6 +58,11 @@ impl Buffer {
         Buffer::Transforms,
     ];
 
+    /// Its stable number, for interfaces of other languages: its index in [`Buffer::ALL`].
+    pub fn number(self) -> u32 {
+        self as u32
+    }
+
     /// Bytes of an element.
     pub fn element_bytes(self) -> usize {
         match self {

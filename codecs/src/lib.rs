@@ -128,7 +128,7 @@ mod session;
 mod wire;
 
 /// Entries for the fuzz targets, which no program has.
-#[cfg(all(fuzzing, feature = "std"))]
+#[cfg(all(fuzzing, feature = "zstd-native"))]
 #[doc(hidden)]
 pub mod fuzzing {
     pub use crate::container::zstd::unpack_zstd_twice;

@@ -132,7 +132,7 @@ impl Limits {
     ///   time,
     /// - `path_bytes` for each of `tracks`, and for one more that is only looked at,
     /// - 64 KiB for lists that no stream makes longer,
-    /// - zstd: 192 KiB with the feature `std`; without it `3 * zstd_window_bytes` and 8 MiB, most of
+    /// - zstd: 192 KiB with the feature `zstd-native`; without it `3 * zstd_window_bytes` and 8 MiB, most of
     ///   which only frames take that claim more sequences than a block can hold.
     pub fn heap_bytes(&self) -> u64 {
         let tracks = u64::from(self.tracks);

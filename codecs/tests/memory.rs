@@ -69,7 +69,7 @@ const SMALL: Limits = Limits {
 };
 const PACKINGS: [u8; 3] = [0, 1, 2];
 /// What the encoder of this build has.
-const ZSTD: Compression = if cfg!(feature = "std") {
+const ZSTD: Compression = if cfg!(feature = "zstd-native") {
     Compression::PAPER
 } else {
     Compression::Lz4
@@ -79,7 +79,7 @@ const ZSTD: Compression = if cfg!(feature = "std") {
 /// state. What C allocates is outside Rust's allocator: it is one context, counted by its size.
 fn within(limits: Limits, least: usize, f: impl FnOnce(&mut Decoder)) {
     let mut context = 0;
-    if cfg!(feature = "std") {
+    if cfg!(feature = "zstd-native") {
         context = zstd::zstd_safe::DCtx::create().sizeof();
     }
     let peak = peak_of(|| f(&mut Decoder::new(limits))) + context;

@@ -1,4 +1,4 @@
-//! CRC-32C: in hardware through the `crc32c` crate with `std`, eight table look-ups for eight bytes
+//! CRC-32C: in hardware through the `crc32c` crate with `hardware-crc`, eight table look-ups for eight bytes
 //! without.
 
 /// Reflected Castagnoli polynomial.
@@ -56,18 +56,18 @@ pub(crate) fn crc32c_copy(from: &[u8], to: &mut [u8]) -> u32 {
 }
 
 /// The CRC-32C of what `crc` is of, and then `bytes`.
-#[cfg(feature = "std")]
+#[cfg(feature = "hardware-crc")]
 fn append(crc: u32, bytes: &[u8]) -> u32 {
     crc32c::crc32c_append(crc, bytes)
 }
 
-#[cfg(not(feature = "std"))]
+#[cfg(not(feature = "hardware-crc"))]
 fn append(crc: u32, bytes: &[u8]) -> u32 {
     portable(crc, bytes)
 }
 
 /// Slicing by eight.
-#[cfg_attr(all(feature = "std", not(test)), allow(dead_code))]
+#[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
 fn portable(crc: u32, bytes: &[u8]) -> u32 {
     let mut crc = !crc;
     let (chunks, rest) = bytes.as_chunks::<8>();

@@ -12,7 +12,7 @@ pub enum Compression {
     None,
     /// lz4 block: the fastest to unpack.
     Lz4,
-    /// zstd frame. Needs the feature `std`.
+    /// zstd frame. Needs the feature `zstd-native`.
     Zstd {
         /// Level, 1 to 19.
         level: i32,
@@ -30,13 +30,13 @@ impl Compression {
 }
 
 /// The window that zstd takes of itself at level 19, for large payloads.
-#[cfg(feature = "std")]
+#[cfg(feature = "zstd-native")]
 const LARGEST_WINDOW: u32 = 8 << 20;
 
 /// Packs payloads; keeps its tables from one to the next.
 #[derive(Default)]
 pub(crate) struct Packer {
-    #[cfg(feature = "std")]
+    #[cfg(feature = "zstd-native")]
     zstd: Option<(Compression, zstd::bulk::Compressor<'static>)>,
 }
 
@@ -76,7 +76,7 @@ impl Packer {
         Ok(packing)
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "zstd-native")]
     fn zstd(
         &mut self,
         (level, lazy): (i32, bool),
@@ -111,7 +111,7 @@ impl Packer {
             .map_err(|_| ErrorKind::EncoderUse)
     }
 
-    #[cfg(not(feature = "std"))]
+    #[cfg(not(feature = "zstd-native"))]
     fn zstd(
         &mut self,
         _: (i32, bool),

@@ -1,4 +1,4 @@
-//! zstd frames, by a native decoder or, without `std`, by a portable one. Frames are checked before
+//! zstd frames, by a native decoder or, without `zstd-native`, by a portable one. Frames are checked before
 //! they are decoded, so that both see the same, and neither reserves more.
 
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
@@ -19,9 +19,9 @@ const PORTABLE_BYTES: u64 = 8 << 20;
 /// Decodes frames; keeps its tables from one to the next.
 #[derive(Default)]
 pub(super) struct ZstdDecoders {
-    #[cfg(feature = "std")]
+    #[cfg(feature = "zstd-native")]
     native_tables: Option<zstd::bulk::Decompressor<'static>>,
-    #[cfg_attr(feature = "std", allow(dead_code))]
+    #[cfg_attr(feature = "zstd-native", allow(dead_code))]
     portable_tables: Option<alloc::boxed::Box<FrameDecoder>>,
 }
 
@@ -38,7 +38,7 @@ impl ZstdDecoders {
             .map_err(ErrorDetail::from)
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "zstd-native")]
     fn decode(
         &mut self,
         stored: &[u8],
@@ -49,7 +49,7 @@ impl ZstdDecoders {
         self.native(stored, out)
     }
 
-    #[cfg(not(feature = "std"))]
+    #[cfg(not(feature = "zstd-native"))]
     fn decode(
         &mut self,
         stored: &[u8],
@@ -60,7 +60,7 @@ impl ZstdDecoders {
         self.portable(stored, blocks, out, window_limit)
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "zstd-native")]
     fn native(&mut self, stored: &[u8], out: &mut [u8]) -> Result<(), ErrorKind> {
         let decompressor = match &mut self.native_tables {
             Some(kept) => kept,
@@ -72,7 +72,10 @@ impl ZstdDecoders {
         }
     }
 
-    #[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+    #[cfg_attr(
+        all(feature = "zstd-native", not(any(test, fuzzing))),
+        allow(dead_code)
+    )]
     fn portable(
         &mut self,
         stored: &[u8],
@@ -94,7 +97,7 @@ impl ZstdDecoders {
 
 /// The most bytes that the decoder of this build has allocated at once.
 pub(super) fn heap_bytes(window: u32) -> u64 {
-    if cfg!(feature = "std") {
+    if cfg!(feature = "zstd-native") {
         return CONTEXT_BYTES;
     }
     3 * u64::from(window) + PORTABLE_BYTES
@@ -102,7 +105,10 @@ pub(super) fn heap_bytes(window: u32) -> u64 {
 
 /// Decodes one frame block by block, so that no more than the window and one block wait for being
 /// read. `None` for anything but a frame of `out.len()` bytes.
-#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+#[cfg_attr(
+    all(feature = "zstd-native", not(any(test, fuzzing))),
+    allow(dead_code)
+)]
 fn decode_blocks(decoder: &mut FrameDecoder, mut stored: &[u8], mut out: &mut [u8]) -> Option<()> {
     decoder.reset(&mut stored).ok()?;
     let mut last = false;
@@ -121,7 +127,7 @@ fn decode_blocks(decoder: &mut FrameDecoder, mut stored: &[u8], mut out: &mut [u
 
 /// What each of the two zstd decoders, C first, makes of a frame that passes the checks before them:
 /// the content, or what the decoder says of the frame.
-#[cfg(all(fuzzing, feature = "std"))]
+#[cfg(all(fuzzing, feature = "zstd-native"))]
 pub fn unpack_zstd_twice(
     frame: &[u8],
     content: usize,
@@ -151,7 +157,10 @@ pub fn unpack_zstd_twice(
 }
 
 /// The blocks of a frame.
-#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+#[cfg_attr(
+    all(feature = "zstd-native", not(any(test, fuzzing))),
+    allow(dead_code)
+)]
 #[derive(Clone, Copy)]
 pub(super) struct Blocks {
     /// Byte of the frame where the first one begins.
@@ -250,7 +259,10 @@ pub(super) fn check_frame(
 /// What the native decoder checks in the compressed blocks of a frame that [`check_frame`]
 /// passed, and the portable one does not: the literals of a block are no more than the block may
 /// hold (RFC 8878, 3.1.1.2.4), and the two reserved bits of the modes are zero (3.1.1.3.2.1).
-#[cfg_attr(all(feature = "std", not(any(test, fuzzing))), allow(dead_code))]
+#[cfg_attr(
+    all(feature = "zstd-native", not(any(test, fuzzing))),
+    allow(dead_code)
+)]
 fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), ErrorKind> {
     let little = |at, bytes| little(frame, at, bytes).ok_or(ErrorKind::Zstd);
     let mut at = blocks.start;
@@ -298,7 +310,7 @@ fn check_sections(frame: &[u8], blocks: Blocks) -> Result<(), ErrorKind> {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(all(test, feature = "zstd-native"))]
 mod tests {
     use super::*;
     use crate::container::header::Packing;

@@ -52,6 +52,21 @@ pub enum Event {
     End,
 }
 
+impl Event {
+    /// Its stable number, for interfaces of other languages.
+    pub fn number(&self) -> u32 {
+        match self {
+            Event::NeedInput => 0,
+            Event::Stream(_) => 1,
+            Event::Group { .. } => 2,
+            Event::Tracks { .. } => 3,
+            Event::Frame(_) => 4,
+            Event::Skipped { .. } => 5,
+            Event::End => 6,
+        }
+    }
+}
+
 /// Where the decoder stands between two bytes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Phase {

@@ -57,6 +57,16 @@ impl Layer {
             Layer::Session => "session",
         }
     }
+
+    /// Its stable number: the thousands of its errors' ids.
+    pub fn number(self) -> u32 {
+        match self {
+            Layer::Framing => 1,
+            Layer::Record => 2,
+            Layer::Codec => 3,
+            Layer::Session => 4,
+        }
+    }
 }
 
 /// The class of an error.
@@ -100,6 +110,20 @@ impl ErrorClass {
             ErrorClass::MissingBase => "MissingBase",
             ErrorClass::Usage => "Usage",
             ErrorClass::OutOfMemory => "OutOfMemory",
+        }
+    }
+
+    /// Its stable number, for interfaces of other languages.
+    pub fn number(&self) -> u32 {
+        match self {
+            ErrorClass::Malformed => 1,
+            ErrorClass::Truncated => 2,
+            ErrorClass::Unsupported => 3,
+            ErrorClass::Checksum => 4,
+            ErrorClass::LimitExceeded { .. } => 5,
+            ErrorClass::MissingBase => 6,
+            ErrorClass::Usage => 7,
+            ErrorClass::OutOfMemory => 8,
         }
     }
 }
@@ -150,6 +174,20 @@ impl Limit {
             Limit::PathBytes => "path_bytes",
             Limit::StateBytes => "state_bytes",
             Limit::WorkPerByte => "work_per_byte",
+        }
+    }
+
+    /// Its stable number, for interfaces of other languages.
+    pub fn number(self) -> u32 {
+        match self {
+            Limit::StoredBytes => 1,
+            Limit::UnpackedBytes => 2,
+            Limit::FrameBytes => 3,
+            Limit::ZstdWindowBytes => 4,
+            Limit::Tracks => 5,
+            Limit::PathBytes => 6,
+            Limit::StateBytes => 7,
+            Limit::WorkPerByte => 8,
         }
     }
 }

@@ -183,6 +183,11 @@ impl ModelKind {
         self.descriptor().name
     }
 
+    /// Its number in a track's entry, such as 1 of `points`.
+    pub fn number(self) -> u16 {
+        self.descriptor().number
+    }
+
     /// Type of the record that carries its content.
     pub fn record_type(self) -> u16 {
         self.descriptor().record_type
@@ -238,6 +243,11 @@ impl Model {
     pub fn coding_name(&self) -> &'static str {
         let (kind, parameters) = self.parts();
         kind.descriptor().codings[usize::from(parameters.coding())]
+    }
+
+    /// Number of the coding in a track's entry.
+    pub fn coding_number(&self) -> u16 {
+        self.parameters().coding()
     }
 
     pub(crate) fn parameters(&self) -> &dyn Parameters {

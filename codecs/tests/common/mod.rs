@@ -216,8 +216,8 @@ pub fn shown(decoder: &Decoder) -> Shown {
 
 /// A stream of two groups, five frames and two or three tracks, with the state after each frame.
 pub fn stream(compression: Compression, digests: bool) -> (Vec<u8>, Vec<Shown>) {
-    // The encoder without `std` has no zstd; its records are packed afterwards.
-    if cfg!(not(feature = "std")) && matches!(compression, Compression::Zstd { .. }) {
+    // The encoder without `zstd-native` has no zstd; its records are packed afterwards.
+    if cfg!(not(feature = "zstd-native")) && matches!(compression, Compression::Zstd { .. }) {
         let (bytes, states) = stream(Compression::None, digests);
         return (packed(&bytes, 2), states);
     }
