@@ -103,6 +103,13 @@ impl Frames {
         self.pending.iter_mut().find(|track| track.entry.id == id)
     }
 
+    /// The entries of tracks, in the order of these ids.
+    pub fn live(&self, ids: &[u32]) -> Vec<&Entry> {
+        let track = |id| self.tracks.iter().find(|track| track.entry.id == id);
+        let entries = ids.iter().filter_map(|&id| track(id));
+        entries.map(|track| &track.entry).collect()
+    }
+
     /// Frame number that a keyframe or a delta on the last frame states as its base.
     pub fn base(&self, keyframe: bool) -> Option<u32> {
         (!keyframe).then_some(self.last)

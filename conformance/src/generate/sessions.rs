@@ -1,19 +1,20 @@
 //! Session scripts: loss, failed frames, resuming, resetting. What each comes to is stated here by
 //! hand, in outline; a test holds our decoder against it.
 
+mod baked;
 mod failures;
 mod faults;
-mod instances;
 mod loss;
 mod probes;
-mod regions;
-mod vertices;
 
 use crate::generate::Draft;
 use crate::generate::container::empty_frame;
 use crate::generate::plan::{AREA, Plan, cell, digest, two_tracks};
 use crate::models::entry::tracks;
+use crate::models::instances::writer::Table;
 use crate::models::points::writer::points;
+use crate::models::regions::writer::Set;
+use crate::models::vertices::writer::Vertices;
 use crate::stream_builder::{HEADER, StreamBuilder, commit, group, kind};
 
 /// Adds the vectors of this part.
@@ -21,7 +22,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
     drafts.extend(
         cases()
             .into_iter()
-            .map(|c| Draft::session(c.area, &c.name, c.clauses, &c.comment, c.script)),
+            .map(|c| Draft::session(c.area, &c.name, &c.clauses, &c.comment, c.script)),
     );
 }
 
@@ -29,7 +30,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
 struct Case {
     area: &'static str,
     name: String,
-    clauses: &'static [&'static str],
+    clauses: Vec<&'static str>,
     comment: String,
     script: Vec<u8>,
     /// Its transcript without what a frame holds, without digests, on one line.
@@ -38,7 +39,7 @@ struct Case {
 
 fn case(
     name: &str,
-    clauses: &'static [&'static str],
+    clauses: &[&'static str],
     comment: &str,
     script: Script,
     outline: String,
@@ -46,7 +47,7 @@ fn case(
     Case {
         area: AREA,
         name: name.to_string(),
-        clauses,
+        clauses: clauses.to_vec(),
         comment: comment.to_string(),
         script: script.0,
         outline,
@@ -97,9 +98,9 @@ fn cases() -> Vec<Case> {
     control(&mut all);
     pieces(&mut all);
     probes::probes(&mut all);
-    vertices::vertices(&mut all);
-    instances::instances(&mut all);
-    regions::regions(&mut all);
+    baked::baked::<Vertices>(&mut all);
+    baked::baked::<Table>(&mut all);
+    baked::baked::<Set>(&mut all);
     all
 }
 

@@ -5,6 +5,8 @@
 //! this folder names models.
 
 #[cfg(feature = "generate")]
+pub mod baked;
+#[cfg(feature = "generate")]
 pub mod entry;
 pub mod instances;
 pub mod points;

@@ -10,6 +10,7 @@ mod valid;
 use crate::generate::Draft;
 use crate::generate::draw::Draw;
 use crate::generate::frames::Frames;
+use crate::models::baked;
 use crate::models::entry::Entry;
 use crate::models::instances::expected::Content;
 use crate::models::instances::writer::{Instance, Section, Table, payload};
@@ -24,6 +25,7 @@ pub(crate) const AREA: &str = "instances";
 /// A sentence that names a vector with a query too near to a threshold.
 pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     parameters::add(drafts);
+    baked::add::<Table>(drafts);
     layout::add(drafts);
     raw::add(drafts);
     coded::add(drafts);

@@ -1,7 +1,5 @@
 //! The model `regions`: its parameters, its records and what they leave.
 
-mod changes;
-mod layout;
 mod limits;
 mod packed;
 mod parameters;
@@ -11,6 +9,7 @@ mod raw;
 use crate::generate::Draft;
 use crate::generate::draw::Draw;
 use crate::generate::frames::Frames;
+use crate::models::baked;
 use crate::models::entry::Entry;
 use crate::models::regions::expected::Content;
 use crate::models::regions::writer::{Region, Section, Set, payload};
@@ -25,10 +24,9 @@ pub(crate) const AREA: &str = "regions";
 /// A sentence that names a vector with a query that rounding could decide.
 pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     parameters::add(drafts);
-    layout::add(drafts);
+    baked::add::<Set>(drafts);
     raw::add(drafts);
     packed::add(drafts);
-    changes::add(drafts);
     limits::add(drafts);
     queries::add(drafts)
 }

@@ -1,6 +1,5 @@
 //! The model `vertices`: its parameters, its records and what they leave.
 
-mod changes;
 mod layout;
 mod limits;
 mod parameters;
@@ -10,6 +9,7 @@ mod values;
 use crate::generate::Draft;
 use crate::generate::draw::Draw;
 use crate::generate::frames::Frames;
+use crate::models::baked;
 use crate::models::entry::Entry;
 use crate::models::vertices::writer::{Section, Vertices, payload};
 use crate::stream_builder::kind;
@@ -22,7 +22,7 @@ pub fn add(drafts: &mut Vec<Draft>) {
     parameters::add(drafts);
     layout::add(drafts);
     values::add(drafts);
-    changes::add(drafts);
+    baked::add::<Vertices>(drafts);
     limits::add(drafts);
     queries::add(drafts);
 }

@@ -1,5 +1,7 @@
 //! The model `vertices`.
 
+#[cfg(feature = "generate")]
+mod baked;
 mod dump;
 #[cfg(feature = "generate")]
 pub mod expected;

@@ -318,7 +318,7 @@ type Order = (
 
 /// One check before the next, in `raw`.
 fn orders(drafts: &mut Vec<Draft>, set: &Set) {
-    let cases: [Order; 8] = [
+    let cases: [Order; 7] = [
         (
             "box-then-form-bits",
             3403,
@@ -379,16 +379,6 @@ fn orders(drafts: &mut Vec<Draft>, set: &Set) {
             |s| {
                 s.codes.fill(0x7f);
                 s.codes.push(0);
-            },
-        ),
-        (
-            "reserved-then-size",
-            3402,
-            "The reserved word of the table before the size",
-            ["R-013", "R-012"],
-            |s| {
-                s.reserved = 1;
-                s.size = Some(u32::MAX);
             },
         ),
         (

@@ -415,20 +415,13 @@ fn accepted(drafts: &mut Vec<Draft>) {
     }
 }
 
-/// Tracks that are declared again.
+/// Tracks that are declared again with other parameters.
 fn again(drafts: &mut Vec<Draft>) {
     let vertices = Vertices::raw(3).two();
     let first = Entry::of_vertices(1, vertices.clone());
     let begun = Frames::new(std::slice::from_ref(&first))
         .vertices(&[(1, some(&vertices, 1))])
         .commit();
-    let frames = begun.clone().declare(std::slice::from_ref(&first)).commit();
-    drafts.push(valid(
-        "declared-again",
-        &["C-078"],
-        "A track that is declared again keeps its values.",
-        &frames,
-    ));
     let faults: &[Fault] = &[
         ("order", "another order", |_, v| v.order = 1),
         ("bits", "other bits", |_, v| v.bits = 5),

@@ -110,7 +110,7 @@ fn packings(drafts: &mut Vec<Draft>) {
         };
         let contents = [(1, smooth(&tracks[0])), (2, smooth(&tracks[1]))];
         let frames = streams(&tracks).packed(pack).vertices(&contents).commit();
-        let name = format!("record-in-{name}");
+        let name = format!("packed-in-{name}");
         let comment = format!("Two packed tracks in a record in {name}.");
         drafts.push(valid(&name, &["V-030", "C-034"], &comment, &frames));
     }
