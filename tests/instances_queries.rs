@@ -1,5 +1,5 @@
 //! The samplers of the client against the query vectors of `instances`: `instances/sample.rs` on the CPU
-//! and, where there is an adapter, `instances/sample.wgsl`, which must agree with each other as well.
+//! and, where there is an adapter, `embed/shaders/wgsl/instances.wgsl`, which must agree with each other as well.
 
 use bytemuck::{Pod, Zeroable};
 use dapple::codec::instances::{Table, key};
@@ -13,14 +13,14 @@ use dapple_conformance::models::instances::queries::InstancesQuery;
 use dapple_conformance::reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 
-fn vectors() -> Vec<Vector> {
+pub(crate) fn vectors() -> Vec<Vector> {
     let mut vectors = vector::load(&vector::folder()).expect("the vectors");
     vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "instances");
     assert!(vectors.len() >= 8, "{} vectors", vectors.len());
     vectors
 }
 
-fn queries(vector: &Vector) -> Vec<&InstancesQuery> {
+pub(crate) fn queries(vector: &Vector) -> Vec<&InstancesQuery> {
     let queries = vector.info.queries.iter().map(|query| match query {
         Query::Instances(query) => query,
         _ => panic!("{}: not of instances", vector.path()),
@@ -29,7 +29,7 @@ fn queries(vector: &Vector) -> Vec<&InstancesQuery> {
 }
 
 /// The only track.
-fn track(decoder: &Decoder) -> (&TrackState, &Table) {
+pub(crate) fn track(decoder: &Decoder) -> (&TrackState, &Table) {
     let [live] = decoder.tracks() else {
         panic!("{} tracks", decoder.tracks().len());
     };
@@ -54,7 +54,7 @@ fn on_cpu(decoder: &Decoder, query: &InstancesQuery) -> f32 {
     }
 }
 
-fn check(vector: &Vector, number: usize, ao: f32) {
+pub(crate) fn check(vector: &Vector, number: usize, ao: f32) {
     let query = &vector.info.queries[number];
     let path = vector.path();
     assert!(
@@ -73,10 +73,10 @@ fn on_the_cpu() {
     }
 }
 
-/// 48 bytes, as in `sample.wgsl`.
+/// 48 bytes, as in `embed/shaders/wgsl/instances.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct DeviceTable {
+pub(crate) struct DeviceTable {
     centre: [f32; 3],
     share: f32,
     per_half_extent: [f32; 3],
@@ -86,7 +86,7 @@ struct DeviceTable {
 }
 
 impl DeviceTable {
-    fn of(live: &TrackState, table: &Table) -> DeviceTable {
+    pub(crate) fn of(live: &TrackState, table: &Table) -> DeviceTable {
         let bounds = Bounds::new(live.track.aabb_min, live.track.aabb_max);
         DeviceTable {
             centre: bounds.centre,
@@ -102,15 +102,15 @@ impl DeviceTable {
 /// 32 bytes, as in `ask.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Question {
-    position: [f32; 3],
-    local: f32,
-    entry: u32,
+pub(crate) struct Question {
+    pub(crate) position: [f32; 3],
+    pub(crate) local: f32,
+    pub(crate) entry: u32,
     pad: [u32; 3],
 }
 
 impl Question {
-    fn of(decoder: &Decoder, query: &InstancesQuery) -> Question {
+    pub(crate) fn of(decoder: &Decoder, query: &InstancesQuery) -> Question {
         let keys = decoder.instances().keys_of(track(decoder).0);
         let entry = keys.binary_search(&key(&query.instance));
         Question {
@@ -139,7 +139,10 @@ fn ask(
     let answers = gpu.empty_storage("answers", size).expect("they fit");
     let staging = gpu.staging(size);
     let asked = gpu.bind(&pipeline.get_bind_group_layout(0), &[&questions_, &answers]);
-    let sampler = gpu.bind(&pipeline.get_bind_group_layout(1), &[&table, &values]);
+    let sampler = gpu.bind_numbered(
+        &pipeline.get_bind_group_layout(1),
+        &[(0, &table), (48, &values)],
+    );
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     {
         let mut pass = commands.begin_compute_pass(&Default::default());
@@ -169,7 +172,8 @@ fn on_a_device() {
         }
     };
     let source = concat!(
-        include_str!("../src/instances/sample.wgsl"),
+        include_str!("../embed/shaders/wgsl/instances.wgsl"),
+        include_str!("../embed/shaders/wgsl/instances_buffers.wgsl"),
         include_str!("instances_queries/ask.wgsl")
     );
     let module = wgpu::ShaderModuleDescriptor {

@@ -7,11 +7,15 @@ mod tiny;
 #[cfg(feature = "cli")]
 mod bake;
 #[cfg(feature = "cli")]
+mod browser;
+#[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]
 mod conformance;
 #[cfg(feature = "cli")]
 mod demo;
+#[cfg(feature = "cli")]
+mod embed_shaders;
 #[cfg(feature = "render")]
 mod instances_queries;
 #[cfg(feature = "cli")]

@@ -1,5 +1,5 @@
 //! The samplers of the client against the query vectors of `probes`: `probes/sample.rs` on the CPU
-//! and, where there is an adapter, `probes/sample.wgsl`.
+//! and, where there is an adapter, `embed/shaders/wgsl/probes.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 use dapple::codec::{Decoder, TrackState};
@@ -22,7 +22,7 @@ use dapple_conformance::reference::Reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 use glam::{DVec3, Vec3};
 
-fn vectors() -> Vec<Vector> {
+pub(crate) fn vectors() -> Vec<Vector> {
     let mut vectors = vector::load(&vector::folder()).expect("the vectors");
     vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "probes");
     assert!(vectors.len() >= 40, "{} vectors", vectors.len());
@@ -30,7 +30,7 @@ fn vectors() -> Vec<Vector> {
 }
 
 /// What a stream leaves: ids and volumes.
-fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume<'static>)> {
+pub(crate) fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume<'static>)> {
     let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
     let volume = |live: &TrackState| {
         let volume = ProbesVolume::new(&decoder, live).expect("a track of probes");
@@ -40,7 +40,7 @@ fn decoded(vector: &Vector) -> Vec<(u32, ProbesVolume<'static>)> {
 }
 
 /// The queries of a track, each with its number.
-fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)> {
+pub(crate) fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)> {
     let queries = vector.info.queries.iter().enumerate();
     let queries = queries.map(|(number, query)| match query {
         Query::Probes(query) => (number, query),
@@ -78,7 +78,7 @@ fn light(decoder: &Decoder, live: &TrackState, surface: &Surface) -> [[f32; 3]; 
 }
 
 /// Irradiance and filtered radiance of a query must lie in its intervals.
-fn check(vector: &Vector, number: usize, irradiance: Vec3, filtered: Vec3) {
+pub(crate) fn check(vector: &Vector, number: usize, irradiance: Vec3, filtered: Vec3) {
     let answer = [irradiance, filtered].map(|v| v.to_array().map(f64::from));
     let query = &vector.info.queries[number];
     let path = vector.path();
@@ -108,17 +108,17 @@ fn on_the_cpu() {
 /// 48 bytes, as in `ask.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Question {
-    position: [f32; 3],
-    roughness: f32,
-    normal: [f32; 3],
-    visibility_weighted: u32,
-    view: [f32; 3],
+pub(crate) struct Question {
+    pub(crate) position: [f32; 3],
+    pub(crate) roughness: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) visibility_weighted: u32,
+    pub(crate) view: [f32; 3],
     pad: u32,
 }
 
 impl Question {
-    fn of(query: &ProbesQuery) -> Question {
+    pub(crate) fn of(query: &ProbesQuery) -> Question {
         let surface = place(query);
         Question {
             position: surface.position,
@@ -188,7 +188,8 @@ fn on_a_device() {
         }
     };
     let source = concat!(
-        include_str!("../src/probes/sample.wgsl"),
+        include_str!("../embed/shaders/wgsl/probes.wgsl"),
+        include_str!("../embed/shaders/wgsl/probes_buffers.wgsl"),
         include_str!("probes_queries/ask.wgsl")
     );
     let module = wgpu::ShaderModuleDescriptor {

@@ -1,5 +1,5 @@
 //! The samplers of the client against the query vectors of `points`: `points/sample.rs` on the CPU and, where
-//! there is an adapter, `points/sample.wgsl`; both as Eq. 4 has it, without filling gaps.
+//! there is an adapter, `embed/shaders/wgsl/points.wgsl`; both as Eq. 4 has it, without filling gaps.
 
 use dapple::codec::Decoder;
 use dapple::points::client::{PointsState, PointsTrack};
@@ -14,14 +14,14 @@ use dapple_conformance::reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 use glam::{DVec3, Vec3};
 
-fn vectors() -> Vec<Vector> {
+pub(crate) fn vectors() -> Vec<Vector> {
     let mut vectors = vector::load(&vector::folder()).expect("the vectors");
     vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "points");
     assert!(vectors.len() >= 12, "{} vectors", vectors.len());
     vectors
 }
 
-fn queries(vector: &Vector) -> impl Iterator<Item = &PointsQuery> {
+pub(crate) fn queries(vector: &Vector) -> impl Iterator<Item = &PointsQuery> {
     vector.info.queries.iter().map(|query| match query {
         Query::Points(query) => query,
         _ => panic!("{}: not of points", vector.path()),
@@ -29,12 +29,12 @@ fn queries(vector: &Vector) -> impl Iterator<Item = &PointsQuery> {
 }
 
 /// What a stream leaves.
-struct Decoded {
-    decoder: Decoder,
-    tracks: Vec<PointsTrack>,
+pub(crate) struct Decoded {
+    pub(crate) decoder: Decoder,
+    pub(crate) tracks: Vec<PointsTrack>,
 }
 
-fn decoded(vector: &Vector) -> Decoded {
+pub(crate) fn decoded(vector: &Vector) -> Decoded {
     let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
     let track = |live: &dapple::codec::TrackState| {
         let place = decoder.points().place_of(live).expect("a track of points");
@@ -50,7 +50,7 @@ fn decoded(vector: &Vector) -> Decoded {
 
 impl Decoded {
     /// Index of a query's track.
-    fn track(&self, query: &PointsQuery) -> usize {
+    pub(crate) fn track(&self, query: &PointsQuery) -> usize {
         let mut live = self.decoder.tracks().iter();
         let index = live.position(|live| live.track.id == query.track);
         index.expect("a live track")
@@ -58,13 +58,13 @@ impl Decoded {
 }
 
 /// Grid-space position and unit normal.
-fn place(query: &PointsQuery) -> (Vec3, Vec3) {
+pub(crate) fn place(query: &PointsQuery) -> (Vec3, Vec3) {
     let position = Vec3::from(query.position.map(|v| v as f32)) * POSITION_UNIT;
     let normal = DVec3::from(query.normal.map(f64::from)).normalize();
     (position, normal.as_vec3())
 }
 
-fn check(vector: &Vector, results: &[f32]) {
+pub(crate) fn check(vector: &Vector, results: &[f32]) {
     assert_eq!(results.len(), vector.info.queries.len());
     for (query, ao) in queries(vector).zip(results) {
         let steps = f64::from(*ao) * 65536.0;

@@ -1,5 +1,5 @@
 //! The query vectors of `regions`, answered by the client's samplers: `regions/sample.rs` on the CPU and, where
-//! there is an adapter, `regions/sample.wgsl`.
+//! there is an adapter, `embed/shaders/wgsl/regions.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 use dapple::regions::index::Index;
@@ -62,9 +62,9 @@ fn ask(
         storage("regions", bytemuck::cast_slice(regions.regions)),
         storage("pairs", bytemuck::cast_slice(regions.pairs)),
     ];
-    let sampler = gpu.bind(
+    let sampler = gpu.bind_numbered(
         &pipeline.get_bind_group_layout(1),
-        &[&set, &arrays[0], &arrays[1]],
+        &[(0, &set), (56, &arrays[0]), (57, &arrays[1])],
     );
     let mut commands = gpu.device.create_command_encoder(&Default::default());
     {
@@ -138,7 +138,8 @@ fn regions_on_a_device() {
         }
     };
     let source = concat!(
-        include_str!("../src/regions/sample.wgsl"),
+        include_str!("../embed/shaders/wgsl/regions.wgsl"),
+        include_str!("../embed/shaders/wgsl/regions_buffers.wgsl"),
         include_str!("regions_queries/ask.wgsl")
     );
     let module = wgpu::ShaderModuleDescriptor {

@@ -1,170 +1,58 @@
 //! Every WGSL module against a strict compiler: that of Chromium, which refuses some of what naga
 //! takes.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
-use dapple::render::shaders::{self, Shader};
+use dapple::render::shaders;
 use serde_json::{Value, json};
 
-/// The sampler of `probes` as its query test asks it.
-const QUERY: Shader = Shader {
-    name: "tests/probes_queries/ask.wgsl",
-    source: concat!(
-        include_str!("../src/probes/sample.wgsl"),
-        include_str!("probes_queries/ask.wgsl")
-    ),
-};
+use crate::browser;
+use crate::embed_shaders::{self, generate};
 
-/// The sampler of `instances` likewise.
-const INSTANCES_QUERY: Shader = Shader {
-    name: "tests/instances_queries/ask.wgsl",
-    source: concat!(
-        include_str!("../src/instances/sample.wgsl"),
-        include_str!("instances_queries/ask.wgsl")
-    ),
-};
-
-/// That of `regions`.
-const REGIONS_QUERY: Shader = Shader {
-    name: "tests/regions_queries/ask.wgsl",
-    source: concat!(
-        include_str!("../src/regions/sample.wgsl"),
-        include_str!("regions_queries/ask.wgsl")
-    ),
-};
-
-/// All modules: of the program, and samplers as their query tests ask them.
-fn all() -> impl Iterator<Item = &'static Shader> {
-    let queries = [&QUERY, &INSTANCES_QUERY, &REGIONS_QUERY];
-    shaders::ALL.iter().chain(queries)
-}
-
-/// Names of the browser's program.
-const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-
-/// Runs WebGPU without a graphics device.
-const FLAGS: [&str; 15] = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--enable-unsafe-webgpu",
-    "--use-webgpu-adapter=swiftshader",
-    "--enable-features=Vulkan",
-    "--use-vulkan=swiftshader",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--mute-audio",
+/// Samplers as their query tests ask them.
+const QUERIES: [(&str, &str); 3] = [
+    ("probes", include_str!("probes_queries/ask.wgsl")),
+    ("instances", include_str!("instances_queries/ask.wgsl")),
+    ("regions", include_str!("regions_queries/ask.wgsl")),
 ];
 
-/// Longest time that the browser may take.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// A browser that ends with its owner.
-struct Browser(Child);
-
-impl Browser {
-    fn open(profile: &Path, url: &str) -> Option<Browser> {
-        BROWSERS.iter().find_map(|program| {
-            Command::new(program)
-                .args(FLAGS)
-                .arg(format!("--user-data-dir={}", profile.display()))
-                .arg(url)
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .spawn()
-                .ok()
-                .map(Browser)
-        })
-    }
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// Answers one request of the page; returns what it posts.
-fn serve(stream: TcpStream, modules: &Value) -> std::io::Result<Option<Value>> {
-    stream.set_nonblocking(false)?;
-    stream.set_read_timeout(Some(Duration::from_secs(10)))?;
-    let mut reader = BufReader::new(&stream);
-    let mut request = String::new();
-    reader.read_line(&mut request)?;
-    let mut length = 0;
-    loop {
-        let mut header = String::new();
-        if reader.read_line(&mut header)? == 0 || header.trim().is_empty() {
-            break;
-        }
-        if let Some((name, value)) = header.split_once(':')
-            && name.eq_ignore_ascii_case("content-length")
-        {
-            length = value.trim().parse().unwrap_or(0);
-        }
-    }
-    let mut body = vec![0; length];
-    reader.read_exact(&mut body)?;
-    let (kind, answer) = match request.split_whitespace().nth(1) {
-        Some("/") => ("text/html", include_str!("shaders/page.html").to_owned()),
-        Some("/shaders") => ("application/json", modules.to_string()),
-        _ => ("text/plain", String::new()),
-    };
-    let length = answer.len();
-    write!(
-        &stream,
-        "HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{answer}"
-    )?;
-    let posted = request.starts_with("POST /result");
-    Ok(posted.then(|| serde_json::from_slice(&body).expect("the page posts JSON")))
+/// Names and sources of all modules: those of the program, of the query tests and of `embed/shaders`.
+fn all() -> Vec<(String, String)> {
+    let program = shaders::ALL.iter();
+    let program = program.map(|shader| (shader.name.to_owned(), shader.source.to_owned()));
+    let queries = QUERIES.map(|(model, ask)| {
+        let parts = [format!("{model}.wgsl"), format!("{model}_buffers.wgsl")];
+        let sampler = parts.map(|part| generate::read(&embed_shaders::folder(), &part));
+        (
+            format!("tests/{model}_queries/ask.wgsl"),
+            sampler.concat() + ask,
+        )
+    });
+    program
+        .chain(queries)
+        .chain(embed_shaders::modules())
+        .collect()
 }
 
 #[test]
 fn modules_pass_a_strict_compiler() {
     let modules: Vec<Value> = all()
-        .map(|shader| json!({ "name": shader.name, "source": shader.source }))
+        .into_iter()
+        .map(|(name, source)| json!({ "name": name, "source": source }))
         .collect();
     let modules = Value::from(modules);
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    listener.set_nonblocking(true).expect("a listener");
-    let url = format!("http://{}/", listener.local_addr().expect("an address"));
-    let profile = tempfile::tempdir().expect("a folder");
-    let Some(_browser) = Browser::open(profile.path(), &url) else {
-        let required = std::env::var_os("CI").is_some();
-        assert!(!required, "CI needs Chromium for the strict WGSL compiler");
-        eprintln!("skipped: Chromium is not installed");
+    let Some(result) = browser::result_of(include_str!("shaders/page.html"), &modules) else {
         return;
     };
-    let start = Instant::now();
-    let result = loop {
-        assert!(start.elapsed() < PATIENCE, "the browser gave no result");
-        match listener.accept() {
-            Ok((stream, _)) => {
-                // A connection that the browser opens and drops is none of ours.
-                if let Ok(Some(result)) = serve(stream, &modules) {
-                    break result;
-                }
-            }
-            Err(_) => std::thread::sleep(Duration::from_millis(20)),
-        }
-    };
-    let expected = json!({ "checked": all().count(), "messages": [] });
+    let expected = json!({ "checked": all().len(), "messages": [] });
     assert_eq!(result, expected);
 }
 
 #[test]
 fn modules_hold_every_shader_file() {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders = vec![root.join("src"), root.join("embed/shaders/wgsl")];
+    let modules = all();
     let mut files = 0;
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -173,7 +61,7 @@ fn modules_hold_every_shader_file() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "wgsl") {
                 let source = std::fs::read_to_string(&path).expect("a shader");
-                let known = all().any(|s| s.source.contains(&source));
+                let known = modules.iter().any(|(_, module)| module.contains(&source));
                 assert!(known, "{} is in no module", path.display());
                 files += 1;
             }

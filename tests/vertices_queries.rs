@@ -1,5 +1,5 @@
 //! The samplers of the client against the query vectors of `vertices`: `vertices/sample.rs` on the CPU and,
-//! where there is an adapter, `vertices/sample.wgsl` in its pass.
+//! where there is an adapter, `embed/shaders/wgsl/vertices.wgsl` in its pass.
 
 use dapple::codec::Decoder;
 use dapple::render::gpu::Gpu;

@@ -1,5 +1,5 @@
 //! The client's sampler: the ambient obscurance of a place on a mesh instance, from the instance's
-//! entry (`spec/instances.md` §8, whose query vectors hold it). `sample.wgsl` is its twin on a device.
+//! entry (`spec/instances.md` §8, whose query vectors hold it). `embed/shaders/wgsl/instances.wgsl` is its twin on a device.
 
 use crate::codec::instances::{COEFFICIENTS, Table, Value};
 

@@ -1,5 +1,5 @@
 //! The client's sampler: ambient occlusion at a surface position from the points about it
-//! (PSAO §3.5, Eq. 2-4). The oracle that every other sampler is held to; `sample.wgsl` is its twin.
+//! (PSAO §3.5, Eq. 2-4). The oracle that every other sampler is held to; `embed/shaders/wgsl/points.wgsl` is its twin.
 //!
 //! Everything is in grid space: mesh space with scale applied, metres, origin at the grid's corner
 //! ([`to_grid`]).
@@ -7,20 +7,20 @@
 use dapple_codec::points::{BUCKET_ENTRIES, Bucket, CELL_POINTS, Cell, EMPTY, Grid};
 use glam::{IVec3, Vec3};
 
-/// Smallest cosine between the normals of point and fragment (Eq. 3). SHARED with `sample.wgsl`.
+/// Smallest cosine between the normals of point and fragment (Eq. 3). SHARED with `embed/shaders/wgsl/points.wgsl`.
 pub const T_N: f32 = 0.1;
 /// Largest squared cosine between a point's normal and the direction to it (Eq. 3). SHARED with
-/// `sample.wgsl`.
+/// `embed/shaders/wgsl/points.wgsl`.
 pub const T_D: f32 = 0.7;
-/// Total weight below which [`Fallback::Fill`] fills up. SHARED with `sample.wgsl`.
+/// Total weight below which [`Fallback::Fill`] fills up. SHARED with `embed/shaders/wgsl/points.wgsl`.
 ///
 /// A fragment amid points twice as far apart as r has a total of about 0.5 to 2, so that 0.1 touches
 /// only fragments at the rim of a gap.
 pub const FILL_WEIGHT: f32 = 0.1;
-/// Track index of a query that has none. SHARED with `sample.wgsl`.
+/// Track index of a query that has none. SHARED with `embed/shaders/wgsl/points.wgsl`.
 pub const NO_TRACK: u32 = u32::MAX;
 
-/// The value of a fragment with too few points in reach for Eq. 4. Values SHARED with `sample.wgsl`.
+/// The value of a fragment with too few points in reach for Eq. 4. Values SHARED with `embed/shaders/wgsl/points.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -45,7 +45,7 @@ pub enum Fallback {
     Fill = 1,
 }
 
-/// How a sample was computed. Values SHARED with `sample.wgsl`.
+/// How a sample was computed. Values SHARED with `embed/shaders/wgsl/points.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Case {

@@ -1,5 +1,5 @@
 //! The client's sampler: the ambient obscurance of an object at a place (`spec/regions.md` §10, whose
-//! query vectors hold it), and its twin on a device, `sample.wgsl`.
+//! query vectors hold it), and its twin on a device, `embed/shaders/wgsl/regions.wgsl`.
 //!
 //! Positions and normals are in the track's space, which is the world unless it has a transform.
 

@@ -121,8 +121,18 @@ impl Gpu {
         layout: &wgpu::BindGroupLayout,
         buffers: &[&wgpu::Buffer],
     ) -> wgpu::BindGroup {
+        let numbered: Vec<_> = (0..).zip(buffers.iter().copied()).collect();
+        self.bind_numbered(layout, &numbered)
+    }
+
+    /// A bind group of buffers, each with its binding number.
+    pub fn bind_numbered(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        buffers: &[(u32, &wgpu::Buffer)],
+    ) -> wgpu::BindGroup {
         let mut entries = Vec::with_capacity(buffers.len());
-        for (binding, buffer) in (0..).zip(buffers) {
+        for &(binding, buffer) in buffers {
             let resource = buffer.as_entire_binding();
             entries.push(wgpu::BindGroupEntry { binding, resource });
         }

@@ -1,8 +1,9 @@
 // Light of a rasterised picture, a thread a pixel: `direct` from punctual lights through shadow maps,
-// `indirect` from one volume of probes. Stands behind `shadow.wgsl` and `probes/sample.wgsl`. Twin
+// `indirect` from one volume of probes. Stands behind `shadow.wgsl` and the sampler of `probes`. Twin
 // of `light.rs` and of `trace/path/bsdf.rs`: same names, same order of operations. Constants marked
 // SHARED stand on both sides.
 
+const PI: f32 = 3.14159265;
 const MIN_ROUGHNESS: f32 = 0.04; // SHARED
 const MIN_VIEW_COSINE: f32 = 0.01; // SHARED
 const NEAREST_SQUARED: f32 = 1e-4; // SHARED
@@ -60,6 +61,7 @@ struct Lit {
 @group(0) @binding(0) var<uniform> pass_: Pass;
 @group(0) @binding(1) var<storage, read> pixels: array<Pixel>;
 @group(0) @binding(2) var<storage, read_write> results: array<Lit>;
+@group(1) @binding(0) var<uniform> volume: DappleProbesVolume;
 @group(1) @binding(20) var<storage, read> lights: array<Light>;
 
 struct Bsdf {
@@ -175,13 +177,13 @@ fn indirect(@builtin(global_invocation_id) id: vec3u) {
     let x = volume.grid_from_world * vec4f(p.position, 1.0);
     let grid_n = volume.grid_from_world * vec4f(n, 0.0);
     let grid_v = volume.grid_from_world * vec4f(v, 0.0);
-    var radiance: L2;
+    var radiance: DappleProbesL2;
     if pass_.interpolation == RESISTANT {
-        radiance = visibility_weighted(x, grid_n, grid_v);
+        radiance = dapple_probes_visibility_weighted(volume, x, grid_n, grid_v);
     } else {
-        radiance = trilinear(x);
+        radiance = dapple_probes_trilinear(volume, x);
     }
-    let light = shade(radiance, p.base_color, p.metallic, p.roughness, grid_n, grid_v);
+    let light = dapple_probes_shade(radiance, p.base_color, p.metallic, p.roughness, grid_n, grid_v);
     results[at].diffuse = light.diffuse;
     results[at].glossy = light.glossy;
 }

@@ -1,5 +1,5 @@
 //! The pass of the `points` model: AO for every pixel of a G-buffer, on the device
-//! (`points/sample.wgsl`, compute) or on the CPU (`points/sample.rs`).
+//! (`points.wgsl`, compute) or on the CPU (`points/sample.rs`).
 
 use super::gbuffer::{GBuffer, NONE};
 use super::gpu::Gpu;
@@ -56,7 +56,7 @@ pub struct PointsAo {
     pub counts: Counts,
 }
 
-/// A pixel's question to the sampler. 32 bytes, as in `sample.wgsl`.
+/// A pixel's question to the sampler. 32 bytes, as in `points.wgsl`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Query {
@@ -68,7 +68,7 @@ pub(super) struct Query {
     pub pad: u32,
 }
 
-/// 48 bytes, as in `sample.wgsl`.
+/// 96 bytes, as in `embed/shaders/wgsl/points.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct GpuTrack {
@@ -81,6 +81,7 @@ struct GpuTrack {
     cell_edge: f32,
     radius: f32,
     pad: [u32; 2],
+    grid_from_mesh: [[f32; 4]; 3],
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -247,15 +248,20 @@ impl PointsPass {
             "pass",
             bytemuck::cast_slice(&[width, height, fallback as u32, 0]),
         );
-        let bindings = gpu.bind(
+        let own = gpu.bind(
             &self.pipeline.get_bind_group_layout(0),
-            &[&pass, queries_, tracks_, buckets_, cells_, results],
+            &[&pass, queries_, results],
+        );
+        let model = gpu.bind_numbered(
+            &self.pipeline.get_bind_group_layout(1),
+            &[(32, tracks_), (33, buckets_), (34, cells_)],
         );
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = commands.begin_compute_pass(&Default::default());
             pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &bindings, &[]);
+            pass.set_bind_group(0, &own, &[]);
+            pass.set_bind_group(1, &model, &[]);
             pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
         }
         commands.copy_buffer_to_buffer(results, 0, staging, 0, result_bytes);
@@ -313,6 +319,7 @@ fn gpu_track(track: &PointsTrack) -> GpuTrack {
         cell_edge: track.grid.cell_edge,
         radius: track.grid.radius,
         pad: [0; 2],
+        grid_from_mesh: track.grid.grid_from_mesh,
     }
 }
 

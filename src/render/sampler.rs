@@ -1,4 +1,4 @@
-//! Runs a model's `sample.wgsl` on a device: one query a lane, one number back.
+//! Runs a model's sampler on a device: one query a lane, one number back.
 
 use super::gpu::Gpu;
 use super::shaders::Shader;
@@ -14,6 +14,8 @@ const MAX_GROUPS: u32 = 65_535;
 pub struct Sampler {
     shader: Shader,
     pipeline: wgpu::ComputePipeline,
+    /// Number of the first binding of group 1.
+    first_binding: u32,
 }
 
 /// A buffer of group 1.
@@ -23,11 +25,11 @@ pub enum Content<'a> {
 }
 
 impl Sampler {
-    /// Compiles a module with an entry point `main`.
+    /// Compiles a module with an entry point `main`. The bindings of group 1 are numbered from `first_binding`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] for a module that the device refuses.
-    pub fn new(gpu: &Gpu, shader: &Shader) -> Result<Sampler> {
+    pub fn new(gpu: &Gpu, shader: &Shader, first_binding: u32) -> Result<Sampler> {
         let module = gpu.module(shader);
         let descriptor = wgpu::ComputePipelineDescriptor {
             label: Some(shader.name),
@@ -42,6 +44,7 @@ impl Sampler {
         Ok(Sampler {
             shader: *shader,
             pipeline,
+            first_binding,
         })
     }
 
@@ -81,10 +84,8 @@ impl Sampler {
             &self.pipeline.get_bind_group_layout(0),
             &[&pass, &queries, &results],
         );
-        let model = gpu.bind(
-            &self.pipeline.get_bind_group_layout(1),
-            &buffers.iter().collect::<Vec<_>>(),
-        );
+        let numbered: Vec<_> = (self.first_binding..).zip(&buffers).collect();
+        let model = gpu.bind_numbered(&self.pipeline.get_bind_group_layout(1), &numbered);
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         {
             let mut pass = commands.begin_compute_pass(&Default::default());

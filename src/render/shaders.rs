@@ -15,8 +15,12 @@ pub const RASTER: Shader = Shader {
 
 /// Looks up the AO of `points`.
 pub const POINTS: Shader = Shader {
-    name: "points/sample.wgsl",
-    source: include_str!("../points/sample.wgsl"),
+    name: "points.wgsl",
+    source: concat!(
+        include_str!("../../embed/shaders/wgsl/points.wgsl"),
+        include_str!("../../embed/shaders/wgsl/points_buffers.wgsl"),
+        include_str!("points.wgsl")
+    ),
 };
 
 /// Direct light under shadow maps, and indirect light from `probes`.
@@ -24,7 +28,8 @@ pub const LIGHT: Shader = Shader {
     name: "light.wgsl",
     source: concat!(
         include_str!("shadow.wgsl"),
-        include_str!("../probes/sample.wgsl"),
+        include_str!("../../embed/shaders/wgsl/probes.wgsl"),
+        include_str!("../../embed/shaders/wgsl/probes_buffers.wgsl"),
         include_str!("light.wgsl")
     ),
 };
@@ -33,7 +38,8 @@ pub const LIGHT: Shader = Shader {
 pub const VERTICES: Shader = Shader {
     name: "vertices.wgsl",
     source: concat!(
-        include_str!("../vertices/sample.wgsl"),
+        include_str!("../../embed/shaders/wgsl/vertices.wgsl"),
+        include_str!("../../embed/shaders/wgsl/vertices_buffers.wgsl"),
         include_str!("vertices.wgsl")
     ),
 };

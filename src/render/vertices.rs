@@ -1,4 +1,4 @@
-//! The pass of the `vertices` model: AO at points of triangles, on the device (`vertices/sample.wgsl`) or on
+//! The pass of the `vertices` model: AO at points of triangles, on the device (`vertices.wgsl`) or on
 //! the CPU (`vertices/sample.rs`).
 
 use super::gpu::Gpu;
@@ -30,7 +30,7 @@ pub struct State<'a> {
     pub meshes: &'a [MeshValues],
 }
 
-/// 12 bytes, as in `sample.wgsl`.
+/// 12 bytes, as in `embed/shaders/wgsl/vertices.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct GpuMesh {
@@ -46,7 +46,7 @@ impl VerticesPass {
     /// # Errors
     /// As [`Sampler::new`].
     pub fn new(gpu: &Gpu) -> Result<VerticesPass> {
-        Ok(VerticesPass(Sampler::new(gpu, &shaders::VERTICES)?))
+        Ok(VerticesPass(Sampler::new(gpu, &shaders::VERTICES, 40)?))
     }
 
     /// AO of each query.

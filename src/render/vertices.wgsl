@@ -1,4 +1,4 @@
-// The pass of the `vertices` model: `vertices/sample.wgsl` for each query.
+// The pass of the `vertices` model: the sampler for each query.
 
 struct Pass {
     count: u32,
@@ -16,7 +16,7 @@ struct Query {
 @group(0) @binding(0) var<uniform> pass_: Pass;
 @group(0) @binding(1) var<storage, read> queries: array<Query>;
 @group(0) @binding(2) var<storage, read_write> results: array<f32>;
-@group(1) @binding(1) var<storage, read> meshes: array<MeshValues>;
+@group(1) @binding(41) var<storage, read> meshes: array<DappleVerticesMesh>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -25,5 +25,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let query = queries[i];
-    results[i] = ao(meshes[query.mesh], query.vertices, query.weights);
+    results[i] = dapple_vertices_ao(meshes[query.mesh], query.vertices, query.weights);
 }

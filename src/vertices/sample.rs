@@ -1,5 +1,5 @@
 //! The client's sampler: ambient obscurance at a point of a triangle from the values of its vertices
-//! (`spec/vertices.md` §9, whose query vectors hold it). `sample.wgsl` is its twin on a device.
+//! (`spec/vertices.md` §9, whose query vectors hold it). `embed/shaders/wgsl/vertices.wgsl` is its twin on a device.
 
 /// Where the values of a mesh are in those of all tracks, and what they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,4 +1,4 @@
-// Asks the sampler of `instances/sample.wgsl`, which stands before this: an invocation a question.
+// Asks the sampler of `instances`, which stands before this: an invocation a question.
 
 struct Question {
     position: vec3f,
@@ -7,6 +7,7 @@ struct Question {
 }
 
 @group(0) @binding(0) var<storage, read> questions: array<Question>;
+@group(1) @binding(0) var<uniform> table: DappleInstancesTable;
 @group(0) @binding(1) var<storage, read_write> answers: array<f32>;
 
 @compute @workgroup_size(64)
@@ -15,5 +16,5 @@ fn ask(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let q = questions[id.x];
-    answers[id.x] = ao(q.entry, q.position, q.local);
+    answers[id.x] = dapple_instances_ao(table, q.entry, q.position, q.local);
 }

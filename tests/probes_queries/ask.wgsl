@@ -1,4 +1,4 @@
-// Asks the sampler of `probes/sample.wgsl`, which stands before this: an invocation a question.
+// Asks the sampler of `probes`, which stands before this: an invocation a question.
 
 struct Question {
     position: vec3f,
@@ -9,7 +9,8 @@ struct Question {
 }
 
 @group(0) @binding(0) var<storage, read> questions: array<Question>;
-@group(0) @binding(1) var<storage, read_write> answers: array<IncomingLight>;
+@group(1) @binding(0) var<uniform> volume: DappleProbesVolume;
+@group(0) @binding(1) var<storage, read_write> answers: array<DappleProbesIncomingLight>;
 
 @compute @workgroup_size(64)
 fn ask(@builtin(global_invocation_id) id: vec3u) {
@@ -17,11 +18,11 @@ fn ask(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let q = questions[id.x];
-    var radiance: L2;
+    var radiance: DappleProbesL2;
     if q.visibility_weighted == 1u {
-        radiance = visibility_weighted(q.position, q.normal, q.view);
+        radiance = dapple_probes_visibility_weighted(volume, q.position, q.normal, q.view);
     } else {
-        radiance = trilinear(q.position);
+        radiance = dapple_probes_trilinear(volume, q.position);
     }
-    answers[id.x] = incoming_light(radiance, q.normal, q.view, q.roughness);
+    answers[id.x] = dapple_probes_incoming_light(radiance, q.normal, q.view, q.roughness);
 }

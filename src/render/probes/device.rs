@@ -7,10 +7,10 @@ use crate::render::gpu::Gpu;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// 112 bytes, as in `sample.wgsl`.
+/// 112 bytes, as in `embed/shaders/wgsl/probes.wgsl`.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct GpuVolume {
+pub struct GpuVolume {
     grid_from_world: [[f32; 4]; 4],
     dims: [u32; 3],
     side: u32,
@@ -18,6 +18,28 @@ struct GpuVolume {
     scale: f32,
     range: f32,
     pad: [u32; 3],
+}
+
+impl GpuVolume {
+    pub fn of(volume: &ProbesVolume) -> GpuVolume {
+        let grid = &volume.grid_from_world;
+        let columns = [
+            grid.matrix3.x_axis,
+            grid.matrix3.y_axis,
+            grid.matrix3.z_axis,
+            grid.translation,
+        ];
+        let visibility = volume.visibility();
+        GpuVolume {
+            grid_from_world: columns.map(|c| [c.x, c.y, c.z, 0.0]),
+            dims: volume.lattice.dims.map(u32::from),
+            side: visibility.map_or(0, |v| v.side),
+            spacing: volume.lattice.spacing.to_array(),
+            scale: volume.scale(),
+            range: visibility.map_or(1.0, |v| v.range),
+            pad: [0; 3],
+        }
+    }
 }
 
 /// What all volumes share: the tables of the glossy lobe and the texture unit's filter.
@@ -55,23 +77,8 @@ pub struct Volume {
 impl Volume {
     /// Uploads a volume whole. It must pass [`ProbesVolume::check`].
     pub fn new(gpu: &Gpu, volume: &ProbesVolume) -> Result<Volume> {
-        let grid = &volume.grid_from_world;
-        let columns = [
-            grid.matrix3.x_axis,
-            grid.matrix3.y_axis,
-            grid.matrix3.z_axis,
-            grid.translation,
-        ];
+        let parameters = GpuVolume::of(volume);
         let visibility = volume.visibility();
-        let parameters = GpuVolume {
-            grid_from_world: columns.map(|c| [c.x, c.y, c.z, 0.0]),
-            dims: volume.lattice.dims.map(u32::from),
-            side: visibility.map_or(0, |v| v.side),
-            spacing: volume.lattice.spacing.to_array(),
-            scale: volume.scale(),
-            range: visibility.map_or(1.0, |v| v.range),
-            pad: [0; 3],
-        };
         let mut bits = vec![0u32; volume.present.len().div_ceil(32)];
         for (i, _) in volume.present.iter().enumerate().filter(|(_, p)| **p) {
             bits[i / 32] |= 1 << (i % 32);
@@ -90,7 +97,7 @@ impl Volume {
         })
     }
 
-    /// Bindings 0 to 13 of `sample.wgsl`.
+    /// The volume at binding 0 and bindings 1 to 13 of `embed/shaders/wgsl/probes_buffers.wgsl`.
     pub fn entries<'a>(&'a self, tables: &'a Tables) -> Vec<wgpu::BindGroupEntry<'a>> {
         let buffers = [
             &self.parameters,

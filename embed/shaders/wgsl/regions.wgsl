@@ -1,9 +1,14 @@
-// The client's sampler of the `regions` model: the ambient obscurance of an object at a place. Twin of
-// `sample.rs`: same names, same order of operations. The index of the region comes with the object.
-// Positions and normals are in the track's space.
+// Sampler of the `regions` model: the ambient obscurance of an object at a place. Twin of
+// `src/regions/sample.rs`: same names without the prefix, same order of operations. The index of the region comes
+// with the object. Positions and normals are in the track's space.
+//
+// The arrays come through three functions, which `regions_buffers.wgsl` and `regions_textures.wgsl` define:
+// - dapple_regions_count() -> u32
+// - dapple_regions_region(index: u32) -> DappleRegionsRegion
+// - dapple_regions_pair(index: u32) -> u32: two signed values of 16 bits
 
 // 48 bytes.
-struct Region {
+struct DappleRegionsRegion {
     min: vec3f,
     // Index of its first pair.
     first: u32,
@@ -15,33 +20,28 @@ struct Region {
 }
 
 // 16 bytes.
-struct RegionSet {
+struct DappleRegionsSet {
     // What a value of 1 stands for.
     scale: f32,
     // Share of the second signal.
     share: f32,
 }
 
-@group(1) @binding(0) var<uniform> region_set: RegionSet;
-@group(1) @binding(1) var<storage, read> regions: array<Region>;
-// Two signed values of 16 bits each.
-@group(1) @binding(2) var<storage, read> pairs: array<u32>;
-
-fn region_value(at: u32) -> f32 {
-    let pair = pairs[at / 2u];
+fn dapple_regions_value(region_set: DappleRegionsSet, at: u32) -> f32 {
+    let pair = dapple_regions_pair(at / 2u);
     let low = select(pair << 16u, pair, (at & 1u) == 1u);
     return f32(bitcast<i32>(low) >> 16u) * region_set.scale;
 }
 
 // How far a place is from the centre, in half extents.
-fn region_offsets(region: Region, p: vec3f) -> vec3f {
+fn dapple_regions_offsets(region: DappleRegionsRegion, p: vec3f) -> vec3f {
     let half_extent = (region.max - region.min) * 0.5;
     let away = min(max(p, region.min), region.max) - region.centre;
     let flat_axis = half_extent <= vec3f(0.0);
     return select(away / select(half_extent, vec3f(1.0), flat_axis), vec3f(0.0), flat_axis);
 }
 
-fn region_polynomial(k: u32, n: vec3f) -> f32 {
+fn dapple_regions_polynomial(k: u32, n: vec3f) -> f32 {
     switch k {
         case 0u: { return 1.0; }
         case 1u: { return n.y; }
@@ -56,12 +56,12 @@ fn region_polynomial(k: u32, n: vec3f) -> f32 {
 }
 
 // AO at a place with unit normal n by the region of an index; 1 where there is none of the index.
-fn region_sample(index: u32, p: vec3f, n: vec3f) -> f32 {
-    if index >= arrayLength(&regions) {
+fn dapple_regions_sample(region_set: DappleRegionsSet, index: u32, p: vec3f, n: vec3f) -> f32 {
+    if index >= dapple_regions_count() {
         return 1.0;
     }
-    let region = regions[index];
-    let u = region_offsets(region, p);
+    let region = dapple_regions_region(index);
+    let u = dapple_regions_offsets(region, p);
     let derivatives = region.form & 3u;
     let side = ((region.form >> 2u) & 3u) + 1u;
     let count = side * side;
@@ -69,20 +69,26 @@ fn region_sample(index: u32, p: vec3f, n: vec3f) -> f32 {
     // The row of each axis on this side of the centre.
     var rows = vec3u(1u, 2u, 3u);
     if derivatives == 2u {
-        rows = vec3u(1u, 3u, 5u) + select(vec3u(0u), vec3u(1u), u < vec3f(0.0));
+        rows = vec3u(1u, 3u, 5u) + vec3u(u < vec3f(0.0));
     }
     let first = 2u * region.first;
     var sum = vec2f(0.0);
     for (var k = 0u; k < count; k++) {
         var at = first + k * signals;
-        var c = vec2f(region_value(at), region_value(at + signals - 1u));
+        var c = vec2f(
+            dapple_regions_value(region_set, at),
+            dapple_regions_value(region_set, at + signals - 1u),
+        );
         if derivatives != 0u {
             for (var axis = 0u; axis < 3u; axis++) {
                 at = first + (rows[axis] * count + k) * signals;
-                c += vec2f(region_value(at), region_value(at + signals - 1u)) * u[axis];
+                c += vec2f(
+                    dapple_regions_value(region_set, at),
+                    dapple_regions_value(region_set, at + signals - 1u),
+                ) * u[axis];
             }
         }
-        sum += c * region_polynomial(k, n);
+        sum += c * dapple_regions_polynomial(k, n);
     }
     let signal = clamp(sum, vec2f(0.0), vec2f(1.0));
     return signal.x + (signal.y - signal.x) * region_set.share;

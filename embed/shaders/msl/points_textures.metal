@@ -1,0 +1,382 @@
+// Generated from `embed/shaders/wgsl/points.wgsl` and `points_textures.wgsl`.
+// Needs Metal 2.1; what a function reads is passed to it.
+
+#include <metal_stdlib>
+#include <simd/simd.h>
+using metal::uint;
+struct DapplePointsTrack {
+    uint first_bucket;
+    uint first_cell;
+    uint bucket_count;
+    uint cell_count;
+    metal::packed_uint3 dims;
+    uint widths;
+    float cell_edge;
+    float radius;
+    metal::uint2 pad;
+    metal::float4 row_x;
+    metal::float4 row_y;
+    metal::float4 row_z;
+};
+struct DapplePointsResult {
+    float ao;
+    uint case_and_points;
+};
+struct DapplePointsPoint {
+    metal::float3 position;
+    metal::packed_float3 normal;
+    float ao;
+};
+constant uint DAPPLE_POINTS_NONE = 4294967295u;
+constant uint DAPPLE_POINTS_EMPTY = 4294967295u;
+constant float DAPPLE_POINTS_T_N = 0.1;
+constant float DAPPLE_POINTS_T_D = 0.7;
+constant float DAPPLE_POINTS_FILL_WEIGHT = 0.1;
+constant uint DAPPLE_POINTS_FALLBACK_FILL = 1u;
+constant uint DAPPLE_POINTS_CASE_FOUND = 0u;
+constant uint DAPPLE_POINTS_CASE_FILLED = 1u;
+constant uint DAPPLE_POINTS_CASE_NONE = 2u;
+uint dapple_points_naga_mod(uint lhs, uint rhs) {
+    return lhs % metal::select(rhs, 1u, rhs == 0u);
+}
+uint dapple_points_naga_div(uint lhs, uint rhs) {
+    return lhs / metal::select(rhs, 1u, rhs == 0u);
+}
+metal::int3 dapple_points_naga_f2i32(metal::float3 value) {
+    return static_cast<metal::int3>(metal::clamp(value, -2147483600.0, 2147483500.0));
+}
+
+uint dapple_points_hash(
+    metal::uint3 p,
+    DapplePointsTrack t
+) {
+    return dapple_points_naga_mod((p.x + ((p.y * t.dims[0]) * 17u)) + (((p.z * t.dims[0]) * t.dims[1]) * 31u), t.bucket_count);
+}
+
+uint dapple_points_key(
+    metal::uint3 p_1,
+    DapplePointsTrack t_1
+) {
+    return p_1.x + (t_1.dims[0] * (p_1.y + (t_1.dims[1] * p_1.z)));
+}
+
+uint dapple_points_field(
+    uint word,
+    uint shift,
+    uint bits
+) {
+    return (word >> shift) & ((1u << bits) - 1u);
+}
+
+float dapple_points_octahedral(
+    uint word_1,
+    uint shift_1,
+    uint bits_1
+) {
+    int code = as_type<int>(word_1 << ((32u - shift_1) - bits_1)) >> (32u - bits_1);
+    return metal::max(static_cast<float>(code) / static_cast<float>(as_type<int>(as_type<uint>(1 << (bits_1 - 1u)) - as_type<uint>(1))), -1.0);
+}
+
+metal::float3 dapple_points_octahedron_decode(
+    float u,
+    float v
+) {
+    float z = (1.0 - metal::abs(u)) - metal::abs(v);
+    if (z < 0.0) {
+        float x_1 = (1.0 - metal::abs(v)) * ((u < 0.0) ? -1.0 : 1.0);
+        float y = (1.0 - metal::abs(u)) * ((v < 0.0) ? -1.0 : 1.0);
+        return metal::normalize(metal::float3(x_1, y, z));
+    }
+    return metal::normalize(metal::float3(u, v, z));
+}
+
+DapplePointsPoint dapple_points_unpack(
+    uint word_2,
+    DapplePointsTrack t_2
+) {
+    uint bp = t_2.widths & 255u;
+    uint bn = (t_2.widths >> 8u) & 255u;
+    uint ba = (t_2.widths >> 16u) & 255u;
+    uint _e16 = dapple_points_field(word_2, 0u, ba);
+    float ao = static_cast<float>(_e16) / static_cast<float>((1u << ba) - 1u);
+    float _e24 = dapple_points_octahedral(word_2, ba, bn);
+    float _e26 = dapple_points_octahedral(word_2, ba + bn, bn);
+    uint base = ba + (2u * bn);
+    uint _e30 = dapple_points_field(word_2, base, bp);
+    uint _e33 = dapple_points_field(word_2, base + bp, bp);
+    uint _e38 = dapple_points_field(word_2, base + (2u * bp), bp);
+    metal::float3 q = metal::float3(static_cast<float>(_e30), static_cast<float>(_e33), static_cast<float>(_e38));
+    metal::float3 position_2 = ((q + metal::float3(0.5)) / metal::float3(static_cast<float>(1u << bp))) * t_2.cell_edge;
+    metal::float3 _e51 = dapple_points_octahedron_decode(_e24, _e26);
+    return DapplePointsPoint {position_2, _e51, ao};
+}
+
+uint dapple_points_bucket(
+    uint bucket,
+    uint entry,
+    metal::texture2d<uint, metal::access::sample> dapple_points_buckets
+) {
+    uint width = metal::uint2(dapple_points_buckets.get_width(), dapple_points_buckets.get_height()).x;
+    uint at = (2u * bucket) + dapple_points_naga_div(entry, 4u);
+    metal::uint4 _e15 = dapple_points_buckets.read(metal::uint2(metal::uint2(dapple_points_naga_mod(at, width), dapple_points_naga_div(at, width))), 0);
+    return _e15[dapple_points_naga_mod(entry, 4u)];
+}
+
+uint dapple_points_cell(
+    uint cell,
+    uint word_3,
+    metal::texture2d<uint, metal::access::sample> dapple_points_cells
+) {
+    uint width_1 = metal::uint2(dapple_points_cells.get_width(), dapple_points_cells.get_height()).x;
+    uint at_1 = (2u * cell) + dapple_points_naga_div(word_3, 4u);
+    metal::uint4 _e15 = dapple_points_cells.read(metal::uint2(metal::uint2(dapple_points_naga_mod(at_1, width_1), dapple_points_naga_div(at_1, width_1))), 0);
+    return _e15[dapple_points_naga_mod(word_3, 4u)];
+}
+
+DapplePointsResult dapple_points_sample(
+    DapplePointsTrack t_3,
+    metal::float3 x,
+    metal::float3 n,
+    uint fallback,
+    metal::texture2d<uint, metal::access::sample> dapple_points_buckets,
+    metal::texture2d<uint, metal::access::sample> dapple_points_cells
+) {
+    float weight = 0.0;
+    float weighted = 0.0;
+    uint points = 0u;
+    float fill = 0.0;
+    float filled = 0.0;
+    uint corner = 0u;
+    bool local = {};
+    uint entry_1 = {};
+    bool local_1 = {};
+    uint slot = {};
+    float slope = {};
+    bool local_2 = {};
+    bool local_3 = {};
+    uint present_shift = ((3u * (t_3.widths & 255u)) + (2u * ((t_3.widths >> 8u) & 255u))) + ((t_3.widths >> 16u) & 255u);
+    metal::float3 scaled = metal::clamp(x / metal::float3(t_3.cell_edge), metal::float3(-2.0), metal::float3(65537.0));
+    metal::float3 base_1 = metal::floor(scaled);
+    metal::float3 near = scaled - base_1;
+    metal::float3 side = metal::select(metal::float3(-1.0), metal::float3(1.0), near >= metal::float3(0.5));
+    metal::float3 window = metal::abs(near - metal::float3(0.5)) * 2.0;
+    bool loop_init = true;
+    while(true) {
+        if (!loop_init) {
+            uint _e220 = corner;
+            corner = _e220 + 1u;
+        }
+        loop_init = false;
+        uint _e59 = corner;
+        if (_e59 < 8u) {
+        } else {
+            break;
+        }
+        {
+            uint _e62 = corner;
+            uint _e63 = corner;
+            uint _e66 = corner;
+            metal::uint3 pick = metal::uint3(_e62, _e63 >> 1u, _e66 >> 2u) & metal::uint3(1u);
+            metal::float3 offset = static_cast<metal::float3>(pick) * side;
+            metal::int3 at_2 = dapple_points_naga_f2i32(base_1 + offset);
+            if (!(metal::any(at_2 < metal::int3(0)))) {
+                local = metal::any(at_2 >= static_cast<metal::int3>(t_3.dims));
+            } else {
+                local = true;
+            }
+            bool _e89 = local;
+            if (_e89) {
+                continue;
+            }
+            float cell_window = (((pick.x == 1u) ? window.x : 1.0) * ((pick.y == 1u) ? window.y : 1.0)) * ((pick.z == 1u) ? window.z : 1.0);
+            uint _e111 = dapple_points_key(static_cast<metal::uint3>(at_2), t_3);
+            uint _e114 = dapple_points_hash(static_cast<metal::uint3>(at_2), t_3);
+            uint bucket_1 = t_3.first_bucket + _e114;
+            metal::float3 x_cell = x - (static_cast<metal::float3>(at_2) * t_3.cell_edge);
+            entry_1 = 0u;
+            bool loop_init_1 = true;
+            while(true) {
+                if (!loop_init_1) {
+                    uint _e217 = entry_1;
+                    entry_1 = _e217 + 1u;
+                }
+                loop_init_1 = false;
+                uint _e122 = entry_1;
+                if (_e122 < 8u) {
+                } else {
+                    break;
+                }
+                {
+                    uint _e125 = entry_1;
+                    uint _e126 = dapple_points_bucket(bucket_1, _e125, dapple_points_buckets);
+                    if (_e126 == DAPPLE_POINTS_EMPTY) {
+                        break;
+                    }
+                    if (!((_e126 >= t_3.cell_count))) {
+                        uint _e137 = dapple_points_cell(t_3.first_cell + _e126, 0u, dapple_points_cells);
+                        local_1 = _e137 != _e111;
+                    } else {
+                        local_1 = true;
+                    }
+                    bool _e140 = local_1;
+                    if (_e140) {
+                        continue;
+                    }
+                    slot = 0u;
+                    bool loop_init_2 = true;
+                    while(true) {
+                        if (!loop_init_2) {
+                            uint _e214 = slot;
+                            slot = _e214 + 1u;
+                        }
+                        loop_init_2 = false;
+                        uint _e143 = slot;
+                        if (_e143 < 7u) {
+                        } else {
+                            break;
+                        }
+                        {
+                            uint _e148 = slot;
+                            uint _e151 = dapple_points_cell(t_3.first_cell + _e126, _e148 + 1u, dapple_points_cells);
+                            if (((_e151 >> present_shift) & 1u) == 0u) {
+                                continue;
+                            }
+                            DapplePointsPoint _e157 = dapple_points_unpack(_e151, t_3);
+                            float agreement = metal::dot(_e157.normal, n);
+                            if (agreement <= DAPPLE_POINTS_T_N) {
+                                continue;
+                            }
+                            metal::float3 to_point = _e157.position - x_cell;
+                            float distance = metal::length(to_point);
+                            slope = 0.0;
+                            if (distance > 0.0) {
+                                slope = metal::dot(_e157.normal, to_point / metal::float3(distance));
+                            }
+                            float _e173 = slope;
+                            float _e174 = slope;
+                            float slope2_ = _e173 * _e174;
+                            if (slope2_ >= DAPPLE_POINTS_T_D) {
+                                continue;
+                            }
+                            float alpha = metal::max(0.0, (t_3.radius - distance) / t_3.radius);
+                            if (alpha > 0.0) {
+                                uint _e187 = points;
+                                points = _e187 + 1u;
+                            }
+                            float _e189 = weight;
+                            weight = _e189 + alpha;
+                            float _e191 = weighted;
+                            weighted = _e191 + (alpha * _e157.ao);
+                            float ratio = t_3.radius / metal::max(distance, t_3.radius);
+                            float tail = (((cell_window * ratio) * ratio) * (agreement - DAPPLE_POINTS_T_N)) * (DAPPLE_POINTS_T_D - slope2_);
+                            float _e207 = fill;
+                            fill = _e207 + tail;
+                            float _e209 = filled;
+                            filled = _e209 + (tail * _e157.ao);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if (fallback == DAPPLE_POINTS_FALLBACK_FILL) {
+        float _e226 = weight;
+        local_2 = _e226 < DAPPLE_POINTS_FILL_WEIGHT;
+    } else {
+        local_2 = false;
+    }
+    bool _e230 = local_2;
+    if (_e230) {
+        float _e233 = fill;
+        local_3 = _e233 > 0.0;
+    } else {
+        local_3 = false;
+    }
+    bool _e237 = local_3;
+    if (_e237) {
+        float _e239 = weight;
+        float rest = DAPPLE_POINTS_FILL_WEIGHT - _e239;
+        float _e241 = weighted;
+        float _e242 = filled;
+        float _e243 = fill;
+        float ao_1 = (_e241 + (rest * (_e242 / _e243))) / DAPPLE_POINTS_FILL_WEIGHT;
+        float _e251 = weight;
+        uint case_ = (_e251 == 0.0) ? DAPPLE_POINTS_CASE_FILLED : DAPPLE_POINTS_CASE_FOUND;
+        uint _e255 = points;
+        return DapplePointsResult {ao_1, case_ | (_e255 << 8u)};
+    }
+    float _e260 = weight;
+    if (_e260 > 0.0) {
+        float _e263 = weighted;
+        float _e264 = weight;
+        uint _e267 = points;
+        return DapplePointsResult {_e263 / _e264, DAPPLE_POINTS_CASE_FOUND | (_e267 << 8u)};
+    }
+    return DapplePointsResult {1.0, 2u};
+}
+
+metal::float3 dapple_points_position(
+    DapplePointsTrack t_4,
+    metal::float3 position
+) {
+    metal::float4 p_2 = metal::float4(position, 1.0);
+    return metal::float3(metal::dot(t_4.row_x, p_2), metal::dot(t_4.row_y, p_2), metal::dot(t_4.row_z, p_2));
+}
+
+metal::float3 dapple_points_normal(
+    DapplePointsTrack t_5,
+    metal::float3 normal
+) {
+    metal::float3 x_2 = metal::cross(t_5.row_y.xyz, t_5.row_z.xyz);
+    metal::float3 y_1 = metal::cross(t_5.row_z.xyz, t_5.row_x.xyz);
+    metal::float3 z_1 = metal::cross(t_5.row_x.xyz, t_5.row_y.xyz);
+    float side_1 = (metal::dot(t_5.row_x.xyz, x_2) < 0.0) ? -1.0 : 1.0;
+    return metal::normalize(metal::float3(metal::dot(x_2, normal), metal::dot(y_1, normal), metal::dot(z_1, normal)) * side_1);
+}
+
+DapplePointsTrack dapple_points_track(
+    uint track,
+    metal::texture2d<uint, metal::access::sample> dapple_points_tracks
+) {
+    DapplePointsTrack t_6 = {};
+    uint width_2 = metal::uint2(dapple_points_tracks.get_width(), dapple_points_tracks.get_height()).x;
+    metal::uint2 at_3 = metal::uint2(dapple_points_naga_mod(6u * track, width_2), dapple_points_naga_div(6u * track, width_2));
+    metal::uint4 a = dapple_points_tracks.read(metal::uint2(at_3), 0);
+    metal::uint4 b = dapple_points_tracks.read(metal::uint2(at_3 + metal::uint2(1u, 0u)), 0);
+    metal::uint4 c = dapple_points_tracks.read(metal::uint2(at_3 + metal::uint2(2u, 0u)), 0);
+    t_6.first_bucket = a.x;
+    t_6.first_cell = a.y;
+    t_6.bucket_count = a.z;
+    t_6.cell_count = a.w;
+    t_6.dims = b.xyz;
+    t_6.widths = b.w;
+    t_6.cell_edge = as_type<float>(c.x);
+    t_6.radius = as_type<float>(c.y);
+    metal::uint4 _e54 = dapple_points_tracks.read(metal::uint2(at_3 + metal::uint2(3u, 0u)), 0);
+    t_6.row_x = as_type<metal::float4>(_e54);
+    metal::uint4 _e63 = dapple_points_tracks.read(metal::uint2(at_3 + metal::uint2(4u, 0u)), 0);
+    t_6.row_y = as_type<metal::float4>(_e63);
+    metal::uint4 _e72 = dapple_points_tracks.read(metal::uint2(at_3 + metal::uint2(5u, 0u)), 0);
+    t_6.row_z = as_type<metal::float4>(_e72);
+    DapplePointsTrack _e74 = t_6;
+    return _e74;
+}
+
+float dapple_points_ao(
+    uint track_1,
+    metal::float3 position_1,
+    metal::float3 normal_1,
+    uint fallback_1,
+    metal::texture2d<uint, metal::access::sample> dapple_points_buckets,
+    metal::texture2d<uint, metal::access::sample> dapple_points_cells,
+    metal::texture2d<uint, metal::access::sample> dapple_points_tracks
+) {
+    if (track_1 == DAPPLE_POINTS_NONE) {
+        return 1.0;
+    }
+    DapplePointsTrack _e7 = dapple_points_track(track_1, dapple_points_tracks);
+    metal::float3 _e8 = dapple_points_position(_e7, position_1);
+    metal::float3 _e9 = dapple_points_normal(_e7, normal_1);
+    DapplePointsResult _e10 = dapple_points_sample(_e7, _e8, _e9, fallback_1, dapple_points_buckets, dapple_points_cells);
+    return _e10.ao;
+}
