@@ -1,8 +1,8 @@
 //! Streams of `instances` tracks: what is sent is what is shown, whatever the cuts and the faults.
 
-use crate::common::{self, Random, decode, header, records, transform, with_payload};
+use crate::baked::{self, Baked};
+use crate::common::{self, Random, decode, header, records, with_payload};
 use crate::instance_tables::*;
-use crate::volumes;
 use dapple_codec::container::record_type;
 use dapple_codec::instances::*;
 use dapple_codec::signals::{Kernel, Signals};
@@ -11,130 +11,81 @@ use dapple_codec::*;
 /// Keys and values of a track.
 type Shown = (Vec<u64>, Vec<Value>);
 
-/// Frames of several tables beside other models, with digests, and what a client shows after each. Some
-/// frames have content for some tables, and a group that starts from keyframes empties the others.
-fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<Shown>>) {
-    let mut random = Random(seed);
-    let one = Table {
-        signals: Signals::one(Kernel::cut_off(0.5)),
-        step: 1,
-        ..table(1, Coding::Packed)
-    };
-    let tables = [
-        (2, table(9, Coding::Packed)),
-        (3, table(5, Coding::Raw)),
-        (5, one),
-        (6, table(70, Coding::Packed)),
-    ];
-    let mut shown_now: Vec<Shown> = vec![Shown::default(); 4];
-    let points = common::track(1, points::PointWidths::BITS_32, 5, 6);
-    let volume = volumes::volume_track(4, volumes::volume([2, 2, 1], 0, probes::Coding::Raw));
-    let mut tracks = vec![points, volume];
-    tracks.extend(tables.map(|(id, table)| table_track(id, table)));
-    tracks.sort_by_key(|track| track.id);
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    let mut states = Vec::new();
-    for frame in 0..frames {
-        let keyframe = frame % 5 == 0;
-        if keyframe {
-            encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-            shown_now.fill(Shown::default());
-        }
-        if frame == 0 {
-            encoder.tracks(&mut out, &tracks).unwrap();
-        }
-        let mut sent = Vec::new();
-        for ((id, table), now) in tables.iter().zip(&mut shown_now) {
-            if random.below(3) > 0 {
-                let entries = entries(table, &mut random);
-                *now = shown(table, &entries);
-                sent.push((*id, entries));
-            }
-        }
-        // Two records a frame, the later ids first.
-        let (first, second) = sent.split_at(sent.len() / 2);
-        for part in [second, first] {
-            let updates: Vec<_> = part
-                .iter()
-                .map(|(track, entries)| Update {
-                    track: *track,
-                    entries,
-                })
-                .collect();
-            encoder.instances(&mut out, &updates, compression).unwrap();
-        }
-        let moved = transform(frame as f32);
-        encoder
-            .transforms(&mut out, &[(3, moved)], compression)
-            .unwrap();
-        let mut digest = StateDigest::new();
-        digest.points(
-            1,
-            None,
-            &[points::Bucket::EMPTY; 5],
-            &[points::Cell::FREE; 6],
-        );
-        for ((id, _), (keys, values)) in tables.iter().zip(&shown_now) {
-            if *id == 5 {
-                digest.probes(4, None, &[], None);
-            }
-            let moved = (*id == 3).then_some(&moved);
-            digest.instances(*id, moved, keys, values);
-        }
-        encoder
-            .commit(&mut out, frame.into(), Some(digest.finish()))
-            .unwrap();
-        states.push(shown_now.clone());
-    }
-    encoder.end(&mut out).unwrap();
-    (out, states)
-}
+impl Baked for Table {
+    type Parameters = Table;
+    type Sent = Vec<Entry>;
+    type Shown = Shown;
+    const BUFFERS: &'static [Buffer] = &[Buffer::InstancesKeys, Buffer::InstancesValues];
 
-fn shown_of(decoder: &Decoder) -> Vec<Shown> {
-    let state = decoder.instances();
-    let tracks = decoder.tracks().iter();
-    tracks
-        .filter(|track| track.track.instance_table().is_some())
-        .map(|track| {
-            (
-                state.keys_of(track).to_vec(),
-                state.values_of(track).to_vec(),
-            )
-        })
-        .collect()
+    fn tracks() -> [(u32, Table); 4] {
+        let one = Table {
+            signals: Signals::one(Kernel::cut_off(0.5)),
+            step: 1,
+            ..table(1, Coding::Packed)
+        };
+        [
+            (2, table(9, Coding::Packed)),
+            (3, table(5, Coding::Raw)),
+            (5, one),
+            (6, table(70, Coding::Packed)),
+        ]
+    }
+
+    fn track(id: u32, table: Table) -> Track {
+        table_track(id, table)
+    }
+
+    fn content(table: &Table, random: &mut Random) -> (Vec<Entry>, Shown) {
+        let entries = entries(table, random);
+        let shown = shown(table, &entries);
+        (entries, shown)
+    }
+
+    fn empty(_: &Table) -> Shown {
+        Shown::default()
+    }
+
+    fn put(
+        encoder: &mut Encoder,
+        out: &mut Vec<u8>,
+        sent: &[(u32, Vec<Entry>)],
+        compression: Compression,
+    ) {
+        let updates = sent.iter().map(|(id, entries)| update(*id, entries));
+        let updates: Vec<_> = updates.collect();
+        encoder.instances(out, &updates, compression).unwrap();
+    }
+
+    fn digest(
+        digest: &mut StateDigest,
+        id: u32,
+        transform: Option<&Transform>,
+        (keys, values): &Shown,
+    ) {
+        digest.instances(id, transform, keys, values);
+    }
+
+    fn shown(decoder: &Decoder, track: &TrackState) -> Option<Shown> {
+        track.track.instance_table()?;
+        let state = decoder.instances();
+        let (keys, values) = (state.keys_of(track), state.values_of(track));
+        Some((keys.to_vec(), values.to_vec()))
+    }
 }
 
 #[test]
 fn decoded_entries_are_those_sent_for_any_cut() {
-    for (seed, compression) in [(1, Compression::None), (2, Compression::Lz4)] {
-        let (bytes, states) = stream(seed, 23, compression);
-        for piece in [1, 7, 4096, usize::MAX] {
-            let mut decoder = Decoder::new(Limits::default());
-            let mut frames = states.iter();
-            for part in bytes.chunks(piece) {
-                let check = |decoder: &mut Decoder, event| {
-                    if let Event::Frame(_) = event {
-                        assert_eq!(&shown_of(decoder), frames.next().unwrap());
-                    }
-                };
-                decoder.push_all(part, check).unwrap();
-            }
-            decoder.finish().unwrap();
-            assert_eq!(frames.next(), None);
-        }
-    }
+    baked::check_content_for_any_cut::<Table>();
 }
 
 #[test]
-fn dirty_arrays_of_instances_cover_every_change() {
-    let (bytes, _) = stream(3, 40, Compression::None);
-    let mut copies = common::Copies::default();
-    let update = |decoder: &mut Decoder, _| copies.update(decoder);
-    decode_all(&bytes, Limits::default(), update).unwrap();
-    for buffer in [Buffer::InstancesKeys, Buffer::InstancesValues] {
-        assert!(copies.seen.contains(&buffer));
-    }
+fn dirty_arrays_of_entries_cover_every_change() {
+    baked::check_dirty_ranges::<Table>();
+}
+
+#[test]
+fn entries_sent_again_are_not_dirty() {
+    baked::check_same_content_is_not_dirty::<Table>();
 }
 
 /// A stream with two frames of one table, and where its last record of instances is.
@@ -155,28 +106,6 @@ fn two_frames(table: Table) -> (Vec<u8>, usize) {
     let of_instances = |&at: &usize| header(&out, at).record_type == record_type::INSTANCES;
     let at = records(&out).into_iter().rfind(of_instances);
     (out.clone(), at.unwrap())
-}
-
-#[test]
-fn entries_sent_again_are_not_dirty() {
-    let table = table(4, Coding::Packed);
-    let entries = entries(&table, &mut Random(2));
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-    encoder.tracks(&mut out, &[table_track(1, table)]).unwrap();
-    let mut decoder = Decoder::new(Limits::default());
-    for frame in 0..2 {
-        let update = update(1, &entries);
-        encoder
-            .instances(&mut out, &[update], Compression::None)
-            .unwrap();
-        encoder.commit(&mut out, frame, None).unwrap();
-        decoder.push_all(&out, |_, _| {}).unwrap();
-        out.clear();
-        assert_eq!(decoder.dirty().count(), if frame == 0 { 2 } else { 0 });
-        decoder.clear_dirty();
-    }
 }
 
 /// What holds of every committed state.
@@ -338,6 +267,6 @@ fn wrong_entries_are_refused_by_the_encoder() {
         encoder.end(&mut out).unwrap();
         let mut decoder = Decoder::new(Limits::default());
         assert_eq!(decode(&mut decoder, &out).1, Ok(()));
-        assert_eq!(shown_of(&decoder), [shown(&table, &good)]);
+        assert_eq!(baked::shown::<Table>(&decoder), [shown(&table, &good)]);
     }
 }

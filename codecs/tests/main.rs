@@ -1,5 +1,7 @@
 //! The tests of the codec, but for `memory.rs`, which is a process of its own.
 
+#[path = "common/baked.rs"]
+mod baked;
 mod common;
 #[path = "common/tables.rs"]
 mod instance_tables;

@@ -1,147 +1,80 @@
 //! Streams of `regions` tracks: what is sent is what is shown, whatever the cuts and the faults.
 
-use crate::common::{self, Random, decode, header, records, transform, with_payload};
+use crate::baked::{self, Baked};
+use crate::common::{self, Random, decode, header, records, with_payload};
 use crate::region_sets::*;
-use crate::volumes;
 use dapple_codec::container::record_type;
 use dapple_codec::regions::*;
 use dapple_codec::signals::{Kernel, Signals};
 use dapple_codec::*;
 
-/// Frames of several sets beside other models, with digests, and what a client shows after each. Some
-/// frames have content for some sets, and a group that starts from keyframes empties the others.
-fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<Content>>) {
-    let mut random = Random(seed);
-    let one = RegionSet {
-        signals: Signals::one(Kernel::cut_off(0.5)),
-        step: 1,
-        ..set(1, Coding::Packed)
-    };
-    let sets = [
-        (2, set(9, Coding::Packed)),
-        (3, set(5, Coding::Raw)),
-        (5, one),
-        (6, set(70, Coding::Packed)),
-    ];
-    let mut contents = vec![Content::default(); 4];
-    let points = common::track(1, points::PointWidths::BITS_32, 5, 6);
-    let volume = volumes::volume_track(4, volumes::volume([2, 2, 1], 0, probes::Coding::Raw));
-    let mut tracks = vec![points, volume];
-    tracks.extend(sets.map(|(id, set)| region_track(id, set)));
-    tracks.sort_by_key(|track| track.id);
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    let mut states = Vec::new();
-    for frame in 0..frames {
-        let keyframe = frame % 5 == 0;
-        if keyframe {
-            encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-            contents.fill(Content::default());
-        }
-        if frame == 0 {
-            encoder.tracks(&mut out, &tracks).unwrap();
-        }
-        let mut sent = Vec::new();
-        for ((id, set), now) in sets.iter().zip(&mut contents) {
-            if random.below(3) > 0 {
-                *now = content(set, &mut random);
-                sent.push((*id, now.clone()));
-            }
-        }
-        // Two records a frame, the later ids first.
-        let (first, second) = sent.split_at(sent.len() / 2);
-        for part in [second, first] {
-            let updates: Vec<_> = part
-                .iter()
-                .map(|(id, content)| update(*id, content))
-                .collect();
-            encoder.regions(&mut out, &updates, compression).unwrap();
-        }
-        let moved = transform(frame as f32);
-        encoder
-            .transforms(&mut out, &[(3, moved)], compression)
-            .unwrap();
-        let mut digest = StateDigest::new();
-        digest.points(
-            1,
-            None,
-            &[points::Bucket::EMPTY; 5],
-            &[points::Cell::FREE; 6],
-        );
-        for ((id, _), now) in sets.iter().zip(&contents) {
-            if *id == 5 {
-                digest.probes(4, None, &[], None);
-            }
-            let moved = (*id == 3).then_some(&moved);
-            digest.regions(*id, moved, &now.regions, &now.pairs);
-        }
-        encoder
-            .commit(&mut out, frame.into(), Some(digest.finish()))
-            .unwrap();
-        states.push(contents.clone());
-    }
-    encoder.end(&mut out).unwrap();
-    (out, states)
-}
+impl Baked for RegionSet {
+    type Parameters = RegionSet;
+    type Sent = Content;
+    type Shown = Content;
+    const BUFFERS: &'static [Buffer] = &[Buffer::Regions, Buffer::RegionsPairs];
 
-fn contents_of(decoder: &Decoder) -> Vec<Content> {
-    let tracks = decoder.tracks().iter();
-    let sets = tracks.filter(|track| track.track.region_set().is_some());
-    sets.map(|track| shown_content(decoder, track)).collect()
+    fn tracks() -> [(u32, RegionSet); 4] {
+        let one = RegionSet {
+            signals: Signals::one(Kernel::cut_off(0.5)),
+            step: 1,
+            ..set(1, Coding::Packed)
+        };
+        [
+            (2, set(9, Coding::Packed)),
+            (3, set(5, Coding::Raw)),
+            (5, one),
+            (6, set(70, Coding::Packed)),
+        ]
+    }
+
+    fn track(id: u32, set: RegionSet) -> Track {
+        region_track(id, set)
+    }
+
+    fn content(set: &RegionSet, random: &mut Random) -> (Content, Content) {
+        let content = content(set, random);
+        (content.clone(), content)
+    }
+
+    fn empty(_: &RegionSet) -> Content {
+        Content::default()
+    }
+
+    fn put(
+        encoder: &mut Encoder,
+        out: &mut Vec<u8>,
+        sent: &[(u32, Content)],
+        compression: Compression,
+    ) {
+        let updates = sent.iter().map(|(id, content)| update(*id, content));
+        let updates: Vec<_> = updates.collect();
+        encoder.regions(out, &updates, compression).unwrap();
+    }
+
+    fn digest(digest: &mut StateDigest, id: u32, transform: Option<&Transform>, shown: &Content) {
+        digest.regions(id, transform, &shown.regions, &shown.pairs);
+    }
+
+    fn shown(decoder: &Decoder, track: &TrackState) -> Option<Content> {
+        track.track.region_set()?;
+        Some(shown_content(decoder, track))
+    }
 }
 
 #[test]
 fn decoded_regions_are_those_sent_for_any_cut() {
-    for (seed, compression) in [(1, Compression::None), (2, Compression::Lz4)] {
-        let (bytes, states) = stream(seed, 23, compression);
-        for piece in [1, 7, 4096, usize::MAX] {
-            let mut decoder = Decoder::new(Limits::default());
-            let mut frames = states.iter();
-            for part in bytes.chunks(piece) {
-                let check = |decoder: &mut Decoder, event| {
-                    if let Event::Frame(_) = event {
-                        assert_eq!(&contents_of(decoder), frames.next().unwrap());
-                    }
-                };
-                decoder.push_all(part, check).unwrap();
-            }
-            decoder.finish().unwrap();
-            assert_eq!(frames.next(), None);
-        }
-    }
+    baked::check_content_for_any_cut::<RegionSet>();
 }
 
 #[test]
 fn dirty_arrays_of_regions_cover_every_change() {
-    let (bytes, _) = stream(3, 40, Compression::None);
-    let mut copies = common::Copies::default();
-    let update = |decoder: &mut Decoder, _| copies.update(decoder);
-    decode_all(&bytes, Limits::default(), update).unwrap();
-    for buffer in [Buffer::Regions, Buffer::RegionsPairs] {
-        assert!(copies.seen.contains(&buffer));
-    }
+    baked::check_dirty_ranges::<RegionSet>();
 }
 
 #[test]
 fn regions_sent_again_are_not_dirty() {
-    let set = set(4, Coding::Packed);
-    let content = content(&set, &mut Random(2));
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-    encoder.tracks(&mut out, &[region_track(1, set)]).unwrap();
-    let mut decoder = Decoder::new(Limits::default());
-    for frame in 0..2 {
-        let update = update(1, &content);
-        encoder
-            .regions(&mut out, &[update], Compression::None)
-            .unwrap();
-        encoder.commit(&mut out, frame, None).unwrap();
-        decoder.push_all(&out, |_, _| {}).unwrap();
-        out.clear();
-        assert_eq!(decoder.dirty().count(), if frame == 0 { 2 } else { 0 });
-        decoder.clear_dirty();
-    }
+    baked::check_same_content_is_not_dirty::<RegionSet>();
 }
 
 /// A stream with two frames of one set, and where its last record of regions is.
@@ -306,6 +239,6 @@ fn wrong_regions_are_refused_by_the_encoder() {
         encoder.end(&mut out).unwrap();
         let mut decoder = Decoder::new(Limits::default());
         assert_eq!(decode(&mut decoder, &out).1, Ok(()));
-        assert_eq!(contents_of(&decoder), [good]);
+        assert_eq!(baked::shown::<RegionSet>(&decoder), [good]);
     }
 }

@@ -1,7 +1,7 @@
 //! Streams of `vertices` tracks: what is sent is what is shown, whatever the cuts and the faults.
 
-use crate::common::{self, Random, decode, header, records, transform, with_payload};
-use crate::volumes;
+use crate::baked::{self, Baked};
+use crate::common::{self, Random, decode, header, records, with_payload};
 use dapple_codec::container::record_type;
 use dapple_codec::vertices::*;
 use dapple_codec::*;
@@ -46,129 +46,75 @@ fn content(vertices: &Vertices, random: &mut Random) -> (Vec<u8>, Vec<u8>) {
     (codes, values)
 }
 
-const TRACKS: [(u32, u32, u8, u8, Coding); 4] = [
-    (2, 9, 2, 8, Coding::Packed),
-    (3, 5, 1, 5, Coding::Raw),
-    (5, 1, 2, 5, Coding::Packed),
-    (6, 70, 1, 8, Coding::Raw),
-];
+impl Baked for Vertices {
+    type Parameters = Vertices;
+    type Sent = Vec<u8>;
+    type Shown = Vec<u8>;
+    const BUFFERS: &'static [Buffer] = &[Buffer::VerticesValues];
 
-fn tracks() -> [(u32, Vertices); 4] {
-    TRACKS.map(|(id, count, signals, bits, coding)| (id, vertices(count, signals, bits, coding)))
-}
-
-/// Frames of several tracks beside other models, with digests, and the values after each. Some frames
-/// have content for some tracks, and a group that starts from keyframes opens the others.
-fn stream(seed: u64, frames: u32, compression: Compression) -> (Vec<u8>, Vec<Vec<Vec<u8>>>) {
-    let mut random = Random(seed);
-    let points = common::track(1, points::PointWidths::BITS_32, 5, 6);
-    let volume = volumes::volume_track(4, volumes::volume([2, 2, 1], 0, probes::Coding::Raw));
-    let mut all = vec![points, volume];
-    all.extend(tracks().map(|(id, vertices)| vertices_track(id, vertices)));
-    all.sort_by_key(|track| track.id);
-    let open = tracks().map(|(_, vertices)| vec![255; vertices.values()]);
-    let mut values = open.to_vec();
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    let mut states = Vec::new();
-    for frame in 0..frames {
-        if frame % 5 == 0 {
-            encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-            values = open.to_vec();
-        }
-        if frame == 0 {
-            encoder.tracks(&mut out, &all).unwrap();
-        }
-        let mut sent = Vec::new();
-        for ((id, vertices), now) in tracks().iter().zip(&mut values) {
-            if random.below(3) > 0 {
-                let (codes, shown) = content(vertices, &mut random);
-                *now = shown;
-                sent.push((*id, codes));
-            }
-        }
-        // Two records a frame, the later ids first.
-        let (first, second) = sent.split_at(sent.len() / 2);
-        for part in [second, first] {
-            let updates: Vec<_> = part
-                .iter()
-                .map(|(track, codes)| Update {
-                    track: *track,
-                    codes,
-                })
-                .collect();
-            encoder.vertices(&mut out, &updates, compression).unwrap();
-        }
-        let moved = transform(frame as f32);
-        encoder
-            .transforms(&mut out, &[(3, moved)], compression)
-            .unwrap();
-        let mut digest = StateDigest::new();
-        digest.points(
-            1,
-            None,
-            &[points::Bucket::EMPTY; 5],
-            &[points::Cell::FREE; 6],
-        );
-        for ((id, _), now) in tracks().iter().zip(&values) {
-            if *id == 5 {
-                digest.probes(4, None, &[], None);
-            }
-            digest.vertices(*id, (*id == 3).then_some(&moved), now);
-        }
-        encoder
-            .commit(&mut out, frame.into(), Some(digest.finish()))
-            .unwrap();
-        states.push(values.clone());
+    fn tracks() -> [(u32, Vertices); 4] {
+        [
+            (2, vertices(9, 2, 8, Coding::Packed)),
+            (3, vertices(5, 1, 5, Coding::Raw)),
+            (5, vertices(1, 2, 5, Coding::Packed)),
+            (6, vertices(70, 1, 8, Coding::Raw)),
+        ]
     }
-    encoder.end(&mut out).unwrap();
-    (out, states)
-}
 
-fn values_of(decoder: &Decoder) -> Vec<Vec<u8>> {
-    let tracks = decoder.tracks().iter();
-    let own = tracks.filter(|track| track.track.vertices().is_some());
-    own.map(|track| {
+    fn track(id: u32, vertices: Vertices) -> Track {
+        vertices_track(id, vertices)
+    }
+
+    fn content(vertices: &Vertices, random: &mut Random) -> (Vec<u8>, Vec<u8>) {
+        content(vertices, random)
+    }
+
+    fn empty(vertices: &Vertices) -> Vec<u8> {
+        vec![255; vertices.values()]
+    }
+
+    fn put(
+        encoder: &mut Encoder,
+        out: &mut Vec<u8>,
+        sent: &[(u32, Vec<u8>)],
+        compression: Compression,
+    ) {
+        let updates = sent.iter().map(|(track, codes)| Update {
+            track: *track,
+            codes,
+        });
+        let updates: Vec<_> = updates.collect();
+        encoder.vertices(out, &updates, compression).unwrap();
+    }
+
+    fn digest(digest: &mut StateDigest, id: u32, transform: Option<&Transform>, shown: &Vec<u8>) {
+        digest.vertices(id, transform, shown);
+    }
+
+    fn shown(decoder: &Decoder, track: &TrackState) -> Option<Vec<u8>> {
+        track.track.vertices()?;
         let values = decoder.vertices().values_of(track);
-        let first = decoder.vertices().first_of(track).unwrap() as usize;
+        let first = decoder.vertices().first_of(track)? as usize;
         assert_eq!(first % 4, 0);
-        assert_eq!(
-            decoder.vertices().values()[first..][..values.len()],
-            *values
-        );
-        values.to_vec()
-    })
-    .collect()
+        let all = decoder.vertices().values();
+        assert_eq!(all[first..][..values.len()], *values);
+        Some(values.to_vec())
+    }
 }
 
 #[test]
 fn decoded_values_are_those_sent_for_any_cut() {
-    for (seed, compression) in [(1, Compression::None), (2, Compression::Lz4)] {
-        let (bytes, states) = stream(seed, 23, compression);
-        for piece in [1, 7, 4096, usize::MAX] {
-            let mut decoder = Decoder::new(Limits::default());
-            let mut frames = states.iter();
-            for part in bytes.chunks(piece) {
-                let check = |decoder: &mut Decoder, event| {
-                    if let Event::Frame(_) = event {
-                        assert_eq!(&values_of(decoder), frames.next().unwrap());
-                    }
-                };
-                decoder.push_all(part, check).unwrap();
-            }
-            decoder.finish().unwrap();
-            assert_eq!(frames.next(), None);
-        }
-    }
+    baked::check_content_for_any_cut::<Vertices>();
 }
 
 #[test]
-fn dirty_values_cover_every_change() {
-    let (bytes, _) = stream(3, 40, Compression::None);
-    let mut copies = common::Copies::default();
-    let update = |decoder: &mut Decoder, _| copies.update(decoder);
-    decode_all(&bytes, Limits::default(), update).unwrap();
-    assert!(copies.seen.contains(&Buffer::VerticesValues));
+fn dirty_arrays_of_values_cover_every_change() {
+    baked::check_dirty_ranges::<Vertices>();
+}
+
+#[test]
+fn values_sent_again_are_not_dirty() {
+    baked::check_same_content_is_not_dirty::<Vertices>();
 }
 
 /// Tracks come and go in one array: each is open when it comes, and no other one changes.
@@ -209,40 +155,13 @@ fn tracks_that_come_and_go_keep_to_their_places() {
         decoder.push_all(&out, |_, _| {}).unwrap();
         out.clear();
         let wanted: Vec<_> = kept.iter().map(|(_, _, values)| values.clone()).collect();
-        assert_eq!(values_of(&decoder), wanted);
+        assert_eq!(baked::shown::<Vertices>(&decoder), wanted);
         copies.update(&mut decoder);
     }
     assert!(
         decoder.vertices().values().len() < 8 * 20,
         "no place is used again"
     );
-}
-
-#[test]
-fn values_sent_again_are_not_dirty() {
-    let vertices = vertices(4, 2, 5, Coding::Packed);
-    let (codes, _) = content(&vertices, &mut Random(2));
-    let mut out = Vec::new();
-    let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).unwrap();
-    encoder.group(&mut out, GroupStart::Keyframes).unwrap();
-    encoder
-        .tracks(&mut out, &[vertices_track(1, vertices)])
-        .unwrap();
-    let mut decoder = Decoder::new(Limits::default());
-    for frame in 0..2 {
-        let update = Update {
-            track: 1,
-            codes: &codes,
-        };
-        encoder
-            .vertices(&mut out, &[update], Compression::None)
-            .unwrap();
-        encoder.commit(&mut out, frame, None).unwrap();
-        decoder.push_all(&out, |_, _| {}).unwrap();
-        out.clear();
-        assert_eq!(decoder.dirty().count(), usize::from(frame == 0));
-        decoder.clear_dirty();
-    }
 }
 
 #[test]
@@ -332,7 +251,7 @@ fn hostile_bytes_are_refused_or_shown() {
             let outcome = decode(&mut decoder, &wrong).1.unwrap_err().id;
             *seen.entry(outcome).or_insert(0) += 1;
             let frame = decoder.last_frame().unwrap().0;
-            let values = &values_of(&decoder)[0];
+            let values = &baked::shown::<Vertices>(&decoder)[0];
             if frame == 0 {
                 assert_eq!(*values, shown);
             }
