@@ -5,6 +5,7 @@ use core::ops::Range;
 
 use crate::error::ErrorKind;
 use crate::memory::reserve::reserve_exact;
+use crate::memory::sort::sort_by_key;
 
 /// Runs of dirty items that are closer than this become one: a small gap costs less than a second
 /// upload call.
@@ -160,7 +161,7 @@ impl DirtyList {
         if self.ranges.len() < 2 {
             return;
         }
-        self.ranges.sort_unstable_by_key(|r| (r.start, r.end));
+        sort_by_key(&mut self.ranges, |r| (r.start, r.end));
         let mut gap = MERGE_GAP;
         loop {
             self.ranges.dedup_by(|next, kept| {

@@ -1,39 +1,39 @@
 //! CRC-32C: in hardware through the `crc32c` crate with `hardware-crc`, eight table look-ups for eight bytes
 //! without.
 
+use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use core::sync::atomic::{AtomicBool, AtomicU32};
+
 /// Reflected Castagnoli polynomial.
+#[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
 const POLYNOMIAL: u32 = 0x82f6_3b78;
 
-const TABLES: [[u32; 256]; 8] = tables();
+/// The tables of [`portable`], filled at their first use: they would be a quarter of the program that a
+/// browser loads.
+#[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
+static TABLES: [[AtomicU32; 256]; 8] = [const { [const { AtomicU32::new(0) }; 256] }; 8];
+#[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
+static FILLED: AtomicBool = AtomicBool::new(false);
 
-const fn tables() -> [[u32; 256]; 8] {
-    let mut tables = [[0u32; 256]; 8];
-    let mut i = 0;
-    while i < 256 {
+/// Fills the tables. Threads that do so at the same time write the same.
+#[cold]
+#[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
+fn fill() {
+    for (i, entry) in TABLES[0].iter().enumerate() {
         let mut crc = i as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = if crc & 1 == 1 {
-                (crc >> 1) ^ POLYNOMIAL
-            } else {
-                crc >> 1
-            };
-            bit += 1;
+        for _ in 0..8 {
+            crc = (crc >> 1) ^ (POLYNOMIAL & (crc & 1).wrapping_neg());
         }
-        tables[0][i] = crc;
-        i += 1;
+        entry.store(crc, Relaxed);
     }
-    let mut t = 1;
-    while t < 8 {
-        let mut i = 0;
-        while i < 256 {
-            let previous = tables[t - 1][i];
-            tables[t][i] = (previous >> 8) ^ tables[0][(previous & 0xff) as usize];
-            i += 1;
+    for t in 1..8 {
+        for i in 0..256 {
+            let previous = TABLES[t - 1][i].load(Relaxed);
+            let low = TABLES[0][(previous & 0xff) as usize].load(Relaxed);
+            TABLES[t][i].store((previous >> 8) ^ low, Relaxed);
         }
-        t += 1;
     }
-    tables
+    FILLED.store(true, Release);
 }
 
 /// Bytes that are copied at once: small enough to stay in a core's second cache, large enough for
@@ -69,21 +69,25 @@ fn append(crc: u32, bytes: &[u8]) -> u32 {
 /// Slicing by eight.
 #[cfg_attr(all(feature = "hardware-crc", not(test)), allow(dead_code))]
 fn portable(crc: u32, bytes: &[u8]) -> u32 {
+    if !FILLED.load(Acquire) {
+        fill();
+    }
+    let table = |t: usize, byte: u32| TABLES[t][(byte & 0xff) as usize].load(Relaxed);
     let mut crc = !crc;
     let (chunks, rest) = bytes.as_chunks::<8>();
     for c in chunks {
         let low = crc ^ u32::from_le_bytes([c[0], c[1], c[2], c[3]]);
-        crc = TABLES[7][(low & 0xff) as usize]
-            ^ TABLES[6][(low >> 8 & 0xff) as usize]
-            ^ TABLES[5][(low >> 16 & 0xff) as usize]
-            ^ TABLES[4][(low >> 24) as usize]
-            ^ TABLES[3][c[4] as usize]
-            ^ TABLES[2][c[5] as usize]
-            ^ TABLES[1][c[6] as usize]
-            ^ TABLES[0][c[7] as usize];
+        crc = table(7, low)
+            ^ table(6, low >> 8)
+            ^ table(5, low >> 16)
+            ^ table(4, low >> 24)
+            ^ table(3, c[4].into())
+            ^ table(2, c[5].into())
+            ^ table(1, c[6].into())
+            ^ table(0, c[7].into());
     }
     for &byte in rest {
-        crc = (crc >> 8) ^ TABLES[0][((crc ^ u32::from(byte)) & 0xff) as usize];
+        crc = (crc >> 8) ^ table(0, crc ^ u32::from(byte));
     }
     !crc
 }

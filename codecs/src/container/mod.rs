@@ -6,6 +6,7 @@ mod lz4;
 pub(crate) mod pack;
 mod preamble;
 pub(crate) mod unpack;
+#[cfg_attr(dapple_without_zstd, allow(dead_code))]
 pub(crate) mod zstd;
 
 pub(crate) use crc::crc32c_copy;

@@ -1,6 +1,7 @@
 //! Unpacking of record payloads.
 
 use super::header::Packing;
+#[cfg(not(dapple_without_zstd))]
 use super::zstd::ZstdDecoders;
 use super::{lz4, zstd};
 use crate::error::{ErrorDetail, ErrorKind};
@@ -8,6 +9,7 @@ use crate::error::{ErrorDetail, ErrorKind};
 /// Unpacks payloads; keeps its tables from one to the next.
 #[derive(Default)]
 pub(crate) struct Unpacker {
+    #[cfg(not(dapple_without_zstd))]
     zstd: ZstdDecoders,
 }
 
@@ -22,7 +24,9 @@ impl Unpacker {
         let (packing, possible) = match packing {
             0 => (Packing::None, stored == unpacked),
             1 => (Packing::Lz4, unpacked <= stored * lz4::RATIO),
-            2 => (Packing::Zstd, unpacked <= stored / 4 * zstd::BLOCK_BYTES),
+            2 if cfg!(not(dapple_without_zstd)) => {
+                (Packing::Zstd, unpacked <= stored / 4 * zstd::BLOCK_BYTES)
+            }
             _ => return Err(ErrorDetail::found(ErrorKind::Compression, packing)),
         };
         if possible {
@@ -64,7 +68,13 @@ impl Unpacker {
                 Ok(())
             }
             Packing::Lz4 => lz4::unpack(stored, out).map_err(ErrorDetail::from),
+            #[cfg(not(dapple_without_zstd))]
             Packing::Zstd => self.zstd.unpack(stored, out, window_limit),
+            #[cfg(dapple_without_zstd)]
+            Packing::Zstd => {
+                let _ = window_limit;
+                Err(ErrorDetail::found(ErrorKind::Compression, 2u8))
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use alloc::vec::Vec;
 
 use crate::error::ErrorKind;
 use crate::memory::reserve::reserve_exact;
+use crate::memory::sort::sort_by_key;
 
 /// Free ranges `(start, length)`, ascending, never touching.
 #[derive(Default)]
@@ -39,7 +40,7 @@ impl FreeRanges {
 
     /// Sorts and merges, so that many ranges that are given back cost one pass.
     pub(crate) fn merge(&mut self) {
-        self.free.sort_unstable();
+        sort_by_key(&mut self.free, |&range| range);
         self.free.dedup_by(|next, kept| {
             let touch = kept.0 + kept.1 == next.0;
             if touch {

@@ -3,3 +3,4 @@
 pub(crate) mod free_ranges;
 pub(crate) mod index_set;
 pub(crate) mod reserve;
+pub(crate) mod sort;

@@ -6,7 +6,7 @@ use dapple_codec::Buffer;
 
 use crate::call::{ARGUMENT, Status, put, with};
 use crate::decoder::Decoder;
-use crate::error::ERROR_NO_TRACK;
+use crate::error::{ERROR_NO_TRACK, NO_MEMORY};
 
 /// Elements `start` to `end` (excluded) of an array that changed. Of an array that became empty both are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,17 +69,16 @@ impl Decoder {
     fn dirty(&mut self) -> Result<&[DirtyRange], Status> {
         if !self.dirty_known {
             self.dirty.clear();
-            let count = self.codec.dirty().count();
-            let reserved = self.dirty.try_reserve(count);
-            // As where a decoder has no memory.
-            reserved.map_err(|_| -4013)?;
-            self.dirty
-                .extend(self.codec.dirty().map(|dirty| DirtyRange {
+            // A loop: an iterator of known length is three times the code.
+            for dirty in self.codec.dirty() {
+                self.dirty.try_reserve(1).map_err(|_| NO_MEMORY)?;
+                self.dirty.push(DirtyRange {
                     buffer: dirty.buffer.number(),
                     track: dirty.track.unwrap_or(0),
                     start: dirty.range.start,
                     end: dirty.range.end,
-                }));
+                });
+            }
             debug_assert!(self.dirty.is_sorted_by_key(order));
             self.dirty_known = true;
         }

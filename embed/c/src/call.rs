@@ -6,7 +6,7 @@ use alloc::boxed::Box;
 use core::alloc::Layout;
 use core::slice;
 
-use crate::error::{ERROR_ARGUMENT, ERROR_PANIC};
+use crate::error::{ERROR_ARGUMENT, ERROR_PANIC, LastError};
 
 /// 0 or more, or minus an error's id.
 pub(crate) type Status = i32;
@@ -18,6 +18,9 @@ pub(crate) const ARGUMENT: Status = -(ERROR_ARGUMENT as Status);
 pub(crate) trait Handle {
     /// A panic left the object in an unknown state.
     fn broken(&mut self) -> &mut bool;
+
+    /// The last error, which a caller can ask for.
+    fn last_error(&mut self) -> &mut LastError;
 }
 
 /// Calls `f` with the object of a handle, unless a panic broke that.
@@ -36,11 +39,14 @@ pub(crate) unsafe fn with<H: Handle>(
         return -(ERROR_PANIC as Status);
     }
     match catch(|| f(object)) {
-        Some(Ok(status) | Err(status)) => status,
+        Some(Ok(status)) => status,
+        // SAFETY: as above; the borrow before ended with the call.
+        Some(Err(status)) => unsafe { (*handle).last_error().set_status(status) },
         None => {
             // SAFETY: as above; the borrow before ended with the panic.
-            unsafe { *(*handle).broken() = true };
-            -(ERROR_PANIC as Status)
+            let object = unsafe { &mut *handle };
+            *object.broken() = true;
+            object.last_error().set_status(-(ERROR_PANIC as Status))
         }
     }
 }
@@ -117,11 +123,16 @@ mod tests {
     struct Counter {
         calls: u32,
         broken: bool,
+        error: LastError,
     }
 
     impl Handle for Counter {
         fn broken(&mut self) -> &mut bool {
             &mut self.broken
+        }
+
+        fn last_error(&mut self) -> &mut LastError {
+            &mut self.error
         }
     }
 
@@ -130,6 +141,7 @@ mod tests {
         let handle = into_handle(Counter {
             calls: 0,
             broken: false,
+            error: LastError::default(),
         });
         let count = |counter: &mut Counter| {
             counter.calls += 1;

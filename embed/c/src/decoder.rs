@@ -26,6 +26,10 @@ impl Handle for Decoder {
     fn broken(&mut self) -> &mut bool {
         &mut self.broken
     }
+
+    fn last_error(&mut self) -> &mut LastError {
+        &mut self.error
+    }
 }
 
 /// What an event says; fields of other events are 0.

@@ -17,6 +17,9 @@ pub const ERROR_NO_TRACK: u32 = 9003;
 /// The library was built without what was asked for.
 pub const ERROR_NOT_BUILT: u32 = 9004;
 
+/// As where the codec has no memory.
+pub(crate) const NO_MEMORY: Status = -4013;
+
 /// What went wrong, and where. All zeros where nothing did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
@@ -174,17 +177,21 @@ impl LastError {
         status(&error)
     }
 
-    /// Keeps an error of this interface; returns the status.
+    /// Keeps an error of this interface, if it is not that of the codec which is kept; returns the status.
     pub(crate) fn set_status(&mut self, status: Status) -> Status {
-        if self
+        let kept = self
             .error
-            .is_none_or(|error| -i32::from(error.id) != status)
-        {
+            .is_some_and(|error| self::status(&error) == status);
+        if !kept {
+            let (layer, class) = match status == NO_MEMORY {
+                true => (numbers::Layer::Session, numbers::Class::OutOfMemory),
+                false => (numbers::Layer::Interface, numbers::Class::Usage),
+            };
             self.error = None;
             self.info = ErrorInfo {
                 id: status.unsigned_abs(),
-                layer: numbers::Layer::Interface as u32,
-                class_: numbers::Class::Usage as u32,
+                layer: layer as u32,
+                class_: class as u32,
                 ..ErrorInfo::default()
             };
         }

@@ -30,6 +30,8 @@ mod limits;
 pub mod numbers;
 mod parameters;
 mod track;
+#[cfg(all(target_arch = "wasm32", not(feature = "std")))]
+mod wasm;
 
 #[cfg(feature = "allocator")]
 pub use allocator::*;

@@ -149,6 +149,10 @@ fn misuse_is_an_error() {
         assert_eq!(dapple_decoder_array(decoder, 0, 0, null_mut()), -9001);
         assert_eq!(dapple_decoder_array(decoder, 0, 0, &raw mut array), 0);
         assert_eq!(dapple_decoder_probes(decoder, 1, 0, 0, null_mut()), -9003);
+        let mut error = ErrorInfo::default();
+        dapple_decoder_error(decoder, &raw mut error);
+        assert_eq!((error.id, error.layer, error.class_), (9003, 9, 7));
+        assert_eq!(message(decoder), "E9003 no-track");
         dapple_decoder_free(decoder);
     }
 }

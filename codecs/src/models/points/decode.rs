@@ -10,6 +10,7 @@ use super::state::Plan;
 use super::{Bucket, CELL_POINTS, Cell, Place, State};
 use crate::error::ErrorKind;
 use crate::memory::reserve::reserve_bounded;
+use crate::memory::sort::sort_by_key;
 use crate::models::ModelKind;
 use crate::models::payload_header::{Base, PayloadHeader, ShapeErrors};
 use crate::models::state::{ModelState, PendingView, Rollback};
@@ -39,7 +40,7 @@ impl Store {
 
     fn write_staged(&mut self, payloads: &[u8]) -> u32 {
         let mut cells = 0;
-        self.staged.sort_unstable_by_key(|staged| staged.place);
+        sort_by_key(&mut self.staged, |staged| staged.place);
         for staged in &self.staged {
             let place = self.state.places[staged.place];
             if staged.keyframe {

@@ -1,6 +1,7 @@
 //! The encoder's handle: a stream that grows, call by call.
 
 mod content;
+mod declare;
 
 pub use content::*;
 
@@ -12,11 +13,11 @@ use dapple_codec as codec;
 use dapple_codec::{Encoder as Codec, EncoderConfig as Config, GroupStart, LookupSpace};
 
 use crate::call::{self, ARGUMENT, Handle, Status, catch, into_handle, items, put, with};
-use crate::error::{ERROR_NOT_BUILT, ERROR_PANIC, ErrorInfo, LastError, status, text};
+use crate::error::{ERROR_NOT_BUILT, ERROR_PANIC, ErrorInfo, LastError, NO_MEMORY, status, text};
 use crate::limits::{Limits, limits_or_default};
 use crate::numbers;
-use crate::parameters::to_model;
 use crate::track::Track;
+use declare::to_model;
 
 /// Writes a stream, record by record. Unlike a decoder, it ends the program where memory runs out.
 pub struct Encoder {
@@ -29,6 +30,10 @@ pub struct Encoder {
 impl Handle for Encoder {
     fn broken(&mut self) -> &mut bool {
         &mut self.broken
+    }
+
+    fn last_error(&mut self) -> &mut LastError {
+        &mut self.error
     }
 }
 
@@ -75,8 +80,7 @@ pub(crate) unsafe fn encode(
     // SAFETY: the caller's promise.
     unsafe {
         with(encoder, |encoder| {
-            let result = f(&mut encoder.codec, &mut encoder.out)
-                .map_err(|status| encoder.error.set_status(status))?;
+            let result = f(&mut encoder.codec, &mut encoder.out)?;
             let number = result.map_err(|error| encoder.error.set(error))?;
             Ok(number as Status)
         })
@@ -129,8 +133,7 @@ pub unsafe extern "C" fn dapple_encoder_new(
                     error: LastError::default(),
                     broken: false,
                 });
-                // As where a decoder has no memory.
-                (encoder, if encoder.is_null() { -4013 } else { 0 })
+                (encoder, if encoder.is_null() { NO_MEMORY } else { 0 })
             }
             Some(Err(error)) => (core::ptr::null_mut(), self::status(&error)),
             None => (core::ptr::null_mut(), -(ERROR_PANIC as Status)),
