@@ -241,6 +241,105 @@ fn baked_streams_are_drawn() {
     }
 }
 
+/// Where no rung is within the tolerance, points take the instance over, and a picture mixes them with the rest.
+#[test]
+fn escalated_instances_are_drawn_by_points() {
+    let folder = folder();
+    let at = folder.path();
+    // A third square, far from the corner, which one number describes.
+    let mut document = corner();
+    let far = serde_json::json!({"name": "far", "mesh": 0, "translation": [4, 0, 0]});
+    document["nodes"].as_array_mut().expect("nodes").push(far);
+    document["scenes"][0]["nodes"] = serde_json::json!([0, 1, 2]);
+    write(at, "a.gltf", &document);
+    let bake = format!("bake a.gltf -o b.dapple {SMALL} --ao 1 --tolerance 0.001 --json");
+    let parse = |text: String| -> serde_json::Value { serde_json::from_str(&text).expect("JSON") };
+    let without = parse(runs(at, &bake));
+    assert_eq!(without["points"], serde_json::json!([]));
+    let figures = parse(runs(at, &format!("{bake} --escalate points")));
+    let points = figures["points"].as_array().expect("a list");
+    assert!(!points.is_empty(), "{figures}");
+    for it in points {
+        let number = |name: &str| it[name].as_f64().expect(name);
+        assert!(number("error") < number("error_before"), "{it}");
+        assert!(number("points") > 0.0 && number("density") > 0.0, "{it}");
+    }
+    let error = |figures: &serde_json::Value| {
+        let chosen = &figures["stream"]["alternatives"]["chosen"];
+        chosen["error"].as_f64().expect("an error")
+    };
+    assert!(error(&figures) < error(&without), "{figures} {without}");
+    runs(at, "validate b.dapple");
+    runs(at, "inspect b.dapple");
+    let drawn = "render b.dapple --scene a.gltf --size 64x36 --backend cpu --ao-only -o";
+    let text = runs(at, &format!("{drawn} mixed.png"));
+    assert!(
+        text.contains("by points ") && !text.contains("by points 100.0"),
+        "{text}"
+    );
+    assert!(text.contains("not baked 0.0 %"), "{text}");
+    runs(at, &format!("{drawn} points.png --method points"));
+    refuses(
+        at,
+        "bake a.gltf -o c.dapple --escalate points",
+        2,
+        "--tolerance",
+    );
+}
+
+#[test]
+fn chart_of_baked_obscurance_has_tables_charts_pictures_and_a_page() {
+    let folder = folder();
+    let at = folder.path();
+    let chart = "chart hall --baked --size 32x18 --points 200 --rays 8 --reference 64 -o";
+    let shown = runs(at, &format!("{chart} a"));
+    assert!(shown.contains("index.html"), "{shown}");
+    for file in [
+        "table.csv",
+        "table.md",
+        "vertices.svg",
+        "rungs.csv",
+        "regions.csv",
+        "time.svg",
+        "reference.png",
+        "least_squares.png",
+        "index.html",
+    ] {
+        assert!(at.join("a").join(file).exists(), "{file}");
+    }
+    let rows: serde_json::Value = serde_json::from_slice(&read(at, "a/report.json")).expect("JSON");
+    let rows = rows.as_array().expect("rows");
+    let get = |method: &str, setting: &str, figure: &str| -> f64 {
+        let row = rows
+            .iter()
+            .find(|row| row["method"] == method && row["setting"] == setting);
+        let row = row.unwrap_or_else(|| panic!("{method}, {setting}"));
+        row[figure].as_f64().expect("a number")
+    };
+    let (fit, instances) = (
+        "least squares, 8 bits",
+        "local values, times an instance's function",
+    );
+    assert!(get(fit, "16", "rmse") < get("AO = 1", "", "rmse"));
+    assert!(get(fit, "16", "rmse") < get(fit, "1", "rmse"));
+    assert!(get("least squares, 5 bits", "16", "bytes") < get(fit, "16", "bytes"));
+    assert!(get(instances, "linear", "rmse") < get(instances, "none", "rmse"));
+    assert!(get("one rung for all", "scalar", "bytes") < get("by tolerance", "0.025", "bytes"));
+    assert!(
+        get("regions, degree 1", "constant", "bytes")
+            < get("regions, degree 1", "six derivatives", "bytes")
+    );
+    // Again in another folder: all but times is the same.
+    runs(at, &format!("{chart} b"));
+    for file in ["vertices.csv", "rungs.csv", "regions.svg", "regions.png"] {
+        assert_eq!(
+            read(at, &format!("a/{file}")),
+            read(at, &format!("b/{file}")),
+            "{file}"
+        );
+    }
+}
+
 #[test]
 fn bad_arguments_and_scenes_are_refused_in_a_sentence() {
     let folder = folder();
@@ -363,6 +462,13 @@ fn reports_have_pictures_and_figures() {
     let figures: serde_json::Value =
         serde_json::from_slice(&read(at, "r/report.json")).expect("JSON");
     assert_eq!(figures["instances"], 2);
+    // Parts of obscurance are there where instances share local values alone.
+    assert!(!at.join("r/local_ao.png").exists());
+    let shared = format!("bake a.gltf --report s --size 32x18 --instances {SMALL}");
+    runs(at, &shared);
+    for name in ["local_ao.png", "global_ao.png", "traced_ao.png"] {
+        assert_eq!(image_size(&read(at, &format!("s/{name}"))), (32, 18));
+    }
     let page = String::from_utf8(read(at, "r/index.html")).expect("text");
     for text in ["floor", "wall", "vertices_ao.png"] {
         assert!(page.contains(text), "{text}");

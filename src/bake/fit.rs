@@ -26,10 +26,7 @@ impl Plan<'_> {
     /// # Errors
     /// As [`Obscurance::new`].
     pub fn fit(&self, traced: &[Traced], done: &(dyn Fn() + Sync)) -> Result<(Baked, Vec<Report>)> {
-        let mut of_instance = vec![Vec::new(); self.surfaces.len()];
-        for (item, traced) in self.items().iter().zip(traced) {
-            of_instance[item.instance].extend_from_slice(traced);
-        }
+        let of_instance = self.by_instance(traced);
         let locals: Vec<Local> = self
             .groups
             .par_iter()
@@ -62,6 +59,15 @@ impl Plan<'_> {
             reports.push(fitted.report);
         }
         Ok((baked, reports))
+    }
+
+    /// The results of all items, in their order, by instance: one for each of its samples.
+    pub fn by_instance(&self, traced: &[Traced]) -> Vec<Vec<Gather>> {
+        let mut of_instance = vec![Vec::new(); self.surfaces.len()];
+        for (item, traced) in self.items().iter().zip(traced) {
+            of_instance[item.instance].extend_from_slice(traced);
+        }
+        of_instance
     }
 
     /// The local values of a mesh: those of the object alone in the world.
@@ -210,13 +216,27 @@ impl Plan<'_> {
         if chosen.rung == Rung::Vertices {
             return;
         }
+        let local = local.filter(|_| chosen.rung.has_local());
+        let values = self.values(instance, &chosen.functions, local);
+        let before = std::mem::replace(&mut fitted.signals.vertices, values);
+        fitted.choice.fitted = (!before.is_empty()).then_some(before);
+    }
+
+    /// Per signal the values at the vertices of an instance that come of functions of place times local values. Where
+    /// either is missing it counts as 1.
+    fn values(
+        &self,
+        instance: usize,
+        functions: &[instances::fit::Linear],
+        local: Option<&Local>,
+    ) -> Vec<Vec<u8>> {
         let signals = self.signals();
         let mesh = &self.scene.meshes[self.scene.instances[instance].mesh];
         let unit = UnitBox::new(&mesh.positions);
-        let local = local.filter(|_| chosen.rung.has_local());
-        let functions = match chosen.functions.is_empty() {
-            true => vec![instances::fit::ONE; signals],
-            false => chosen.functions.clone(),
+        let ones = vec![instances::fit::ONE; signals];
+        let functions = match functions.is_empty() {
+            true => &ones[..],
+            false => functions,
         };
         let mut values = vec![Vec::with_capacity(mesh.positions.len()); signals];
         for (vertex, position) in mesh.positions.iter().enumerate() {
@@ -224,13 +244,33 @@ impl Plan<'_> {
                 Some(local) => local.of_vertex(vertex),
                 None => vec![1.0; signals],
             };
-            let shown = ladder::shown(&functions, unit.place(*position), &local);
+            let shown = ladder::shown(functions, unit.place(*position), &local);
             for (values, value) in values.iter_mut().zip(shown) {
                 values.push(unorm8(value));
             }
         }
-        let before = std::mem::replace(&mut fitted.signals.vertices, values);
-        fitted.choice.fitted = (!before.is_empty()).then_some(before);
+        values
+    }
+
+    /// A bake in two parts, whose product it is: local values alone, and what the scene makes of each instance. An
+    /// instance without local values is open (1) in the first and as it is in the second. `None` where none has any.
+    pub fn local_and_global(&self, baked: &Baked) -> Option<[Baked; 2]> {
+        let has_local = |choice: &Choice| choice.rung.has_local();
+        if !baked.choices.iter().any(has_local) {
+            return None;
+        }
+        let [mut of_local, mut of_global] = [baked.clone(), baked.clone()];
+        for (instance, choice) in baked.choices.iter().enumerate() {
+            let mesh = self.scene.instances[instance].mesh;
+            let mut of_mesh = baked.locals.iter();
+            let local = of_mesh.find(|local| has_local(choice) && local.mesh == mesh);
+            of_local.instances[instance].vertices = self.values(instance, &[], local);
+            if local.is_some() {
+                let global = self.values(instance, &choice.functions, None);
+                of_global.instances[instance].vertices = global;
+            }
+        }
+        Some([of_local, of_global])
     }
 
     /// Values at vertices from those samples of an instance that `takes` picks by number.

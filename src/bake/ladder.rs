@@ -6,6 +6,7 @@
 //! | local | a `vertices` track that the instances of a mesh share |
 //! | local with scalar, local with linear | the same, and an entry of `instances` |
 //! | vertices | a `vertices` track of its own |
+//! | points | a `points` track of its own ([`super::escalate`]) |
 //!
 //! Errors are those of samples that were held out of the fit ([`is_held_out`]), so that a rung is not praised for what
 //! it was told. They include the noise of a sample's rays.
@@ -38,17 +39,20 @@ pub enum Rung {
     LocalScalar,
     LocalLinear,
     Vertices,
+    /// Never chosen by its bytes, which are not known before points are placed.
+    Points,
 }
 
 impl Rung {
     /// All of them.
-    pub const ALL: [Rung; 6] = [
+    pub const ALL: [Rung; 7] = [
         Rung::Scalar,
         Rung::Linear,
         Rung::Local,
         Rung::LocalScalar,
         Rung::LocalLinear,
         Rung::Vertices,
+        Rung::Points,
     ];
 
     /// Its name in reports.
@@ -60,6 +64,7 @@ impl Rung {
             Rung::LocalScalar => "local, scalar",
             Rung::LocalLinear => "local, linear",
             Rung::Vertices => "vertices",
+            Rung::Points => "points",
         }
     }
 
@@ -75,6 +80,7 @@ impl Rung {
             Rung::Linear | Rung::LocalLinear => 4,
             Rung::Local => return 0.0,
             Rung::Vertices => return mesh_bytes(signals, vertices),
+            Rung::Points => return f64::INFINITY,
         };
         ENTRY_BYTES + COEFFICIENT_BYTES * (coefficients * signals) as f64
     }
@@ -257,8 +263,9 @@ fn held_out(samples: &[Sample]) -> impl Iterator<Item = (usize, &Sample)> {
     numbered.filter(move |(_, sample)| sample.held_out || !any)
 }
 
-/// Root mean square error by area over held-out samples; 0 without samples.
-fn error(samples: &[Sample], tone: &Tone, value: impl Fn(usize) -> Vec<f32>) -> f64 {
+/// Root mean square error by area over held-out samples of what is shown of `value`, which gives signals; 0 without
+/// samples.
+pub(super) fn error(samples: &[Sample], tone: &Tone, value: impl Fn(usize) -> Vec<f32>) -> f64 {
     let (mut sum, mut weight) = (0.0, 0.0);
     for (i, sample) in held_out(samples) {
         let error = tone.shown(&value(i)) - tone.shown(&sample.gold);

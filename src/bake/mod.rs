@@ -3,17 +3,20 @@
 //!
 //! - [`ladder`]: the rungs by which an instance can be described, and the choice among them.
 //! - [`plan`]: the surfaces of a scene, their samples, and the [`plan::Item`]s.
+//! - [`escalate`]: points where no rung is within the tolerance.
 //! - `fit`: from the results to what a bake says of each instance ([`Plan::fit`]).
 //! - `refine`: local values that suit the instances of a mesh.
 //! - [`part`]: files with the results of some items.
 //! - [`regions`]: regions for objects that move.
 //! - [`signals`]: from fitted obscurance to the values of a file.
+//! - [`surface_points()`]: places to measure errors at.
 //! - [`stream`]: those values as a stream. [`crate::gltf_writer`] writes them into a copy of the scene.
 //!
 //! A bake places samples, traces them item by item, and fits every instance. Placing and fitting are
 //! cheap beside tracing, so that each task of a farm does the first and the merge both; the items carry
 //! nothing but what the rays found. The result does not depend on who traced which item.
 
+pub mod escalate;
 mod fit;
 pub mod ladder;
 pub mod part;
@@ -22,11 +25,13 @@ mod refine;
 pub mod regions;
 pub mod signals;
 pub mod stream;
+mod surface_points;
 #[cfg(test)]
 mod tests;
 
 pub use plan::{Item, Plan, Traced};
 pub use signals::{Baked, InstanceSignals, Tone};
+pub use surface_points::surface_points;
 
 use crate::codec::signals::{Kernel as Distance, Signals};
 use crate::obscurance::{Kernel, foliage};

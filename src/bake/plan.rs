@@ -141,6 +141,16 @@ impl<'s> Plan<'s> {
         self.items.iter().map(|item| item.samples.len()).sum()
     }
 
+    /// The samples of an instance.
+    pub fn sites(&self, instance: usize) -> &[Site] {
+        &self.surfaces[instance].sites
+    }
+
+    /// Whether the instances of some mesh share local values.
+    pub fn has_groups(&self) -> bool {
+        !self.groups.is_empty()
+    }
+
     /// Whether an instance shares local values with others of its mesh.
     pub fn is_grouped(&self, instance: usize) -> bool {
         matches!(self.surfaces[instance].kind, Kind::Grouped(_))
@@ -180,6 +190,23 @@ impl<'s> Plan<'s> {
     /// # Errors
     /// `Invalid` for settings that [`Obscurance::new`] or [`Foliage::new`] refuses.
     pub fn trace(&self, items: Range<usize>, done: &(dyn Fn(usize) + Sync)) -> Result<Vec<Traced>> {
+        self.with_obscurance(self.settings.vertices.rays, |obscurance| {
+            done(0);
+            let traced = self.items[items].par_iter().map(|item| {
+                let sites = &self.surfaces[item.instance].sites[item.samples.clone()];
+                let traced = vertices::trace(obscurance, self.pose, item.instance, sites);
+                done(sites.len());
+                traced
+            });
+            traced.collect()
+        })
+    }
+
+    /// Calls `work` with what traces obscurance as the samples of the plan have it, by so many rays.
+    ///
+    /// # Errors
+    /// `Invalid` for settings that [`Obscurance::new`] or [`Foliage::new`] refuses.
+    pub fn with_obscurance<T>(&self, rays: u32, work: impl FnOnce(&Obscurance) -> T) -> Result<T> {
         let (scene, pose) = (self.scene, self.pose);
         let density = self
             .settings
@@ -193,19 +220,12 @@ impl<'s> Plan<'s> {
             Some(foliage) => Tracer::new(scene, &foliage.without(pose)),
             None => Tracer::new(scene, pose),
         };
-        let vertices::Settings { kernels, rays, .. } = &self.settings.vertices;
-        let mut obscurance = Obscurance::new(scene, &tracer, kernels, *rays)?;
+        let kernels = &self.settings.vertices.kernels;
+        let mut obscurance = Obscurance::new(scene, &tracer, kernels, rays)?;
         if let Some(attenuation) = &attenuation {
             obscurance = obscurance.with_foliage(attenuation);
         }
-        done(0);
-        let traced = self.items[items].par_iter().map(|item| {
-            let sites = &self.surfaces[item.instance].sites[item.samples.clone()];
-            let traced = vertices::trace(&obscurance, pose, item.instance, sites);
-            done(sites.len());
-            traced
-        });
-        Ok(traced.collect())
+        Ok(work(&obscurance))
     }
 
     pub fn scene(&self) -> &'s Scene {

@@ -1,7 +1,7 @@
 //! Regions for objects that move, baked beside the instances of a scene. They are no items of work: the process
 //! that fits a bake traces them, too.
 
-use super::Plan;
+use super::{Plan, Settings};
 use crate::codec::regions::{Coding, Content, RegionSet};
 use crate::regions::server::stored::store;
 use crate::regions::server::{self as regions, Derivatives, Form, Given, Model, RegionBake, Rung};
@@ -90,6 +90,39 @@ pub fn bake(plan: &Plan, given: Option<Given>) -> Result<Regions> {
         set,
         content,
         report,
+    })
+}
+
+/// The track of baked regions that all have this form, or as many of its derivatives as their samples allow.
+/// `settings` are those that they were baked with.
+///
+/// # Errors
+/// As [`store`].
+pub fn of_form(regions: &[RegionBake], form: Form, settings: &Settings) -> Result<Regions> {
+    let models: Vec<(&Model, Form)> = regions
+        .iter()
+        .map(|region| {
+            let model = model(region, form);
+            let derivatives = model.derivatives.min(form.derivatives);
+            (
+                model,
+                Form {
+                    derivatives,
+                    ..form
+                },
+            )
+        })
+        .collect();
+    let kernels = settings.vertices.kernels.len();
+    let (set, content) = store(&models, kernels, settings.block(), BOUND, Coding::Packed)?;
+    Ok(Regions {
+        set,
+        content,
+        report: Report {
+            regions: regions.len(),
+            coefficients: models.iter().map(|(_, form)| form.coefficients()).sum(),
+            ..Report::default()
+        },
     })
 }
 

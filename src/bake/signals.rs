@@ -1,5 +1,6 @@
 //! From fitted obscurance to the values of a file.
 
+use super::escalate::InstancePoints;
 use super::ladder::{Ladder, Rung};
 use crate::instances::server::fit::Linear;
 use crate::obscurance::{Blend, Remap};
@@ -59,8 +60,22 @@ pub struct Baked {
     pub choices: Vec<Choice>,
     /// Local values of meshes with several instances; used where an instance's rung has them.
     pub locals: Vec<Local>,
+    /// Points of instances, by instance; used where the instance's rung is that.
+    pub points: Vec<InstancePoints>,
     /// Share of the second signal in what is shown.
     pub blend: Blend,
+}
+
+impl Baked {
+    /// A bake of values at vertices alone.
+    pub fn of_vertices(instances: Vec<InstanceSignals>, blend: Blend) -> Baked {
+        Baked {
+            choices: vec![Choice::vertices(); instances.len()],
+            instances,
+            blend,
+            ..Baked::default()
+        }
+    }
 }
 
 /// The rung that an instance takes.
@@ -107,7 +122,12 @@ impl Choice {
 impl Baked {
     /// The same bake with the cheapest rung everywhere: one number an instance.
     pub fn cheapest(&self) -> Baked {
-        self.with(&|_| Rung::Scalar)
+        self.everywhere(Rung::Scalar)
+    }
+
+    /// The same bake with this rung for each instance for which it was tried.
+    pub fn everywhere(&self, rung: Rung) -> Baked {
+        self.with(&|_| rung)
     }
 
     /// The same bake with the richest rung that was tried everywhere.

@@ -1,6 +1,7 @@
-//! A bake as a stream: one frame, with tracks of `vertices` for values at vertices, and of `instances` for
-//! functions of place.
+//! A bake as a stream: one frame, with tracks of `points`, of `vertices` for values at vertices, and of `instances`
+//! for functions of place.
 
+use super::escalate::InstancePoints;
 use super::ladder::Rung;
 use super::regions::Regions;
 use super::{Baked, Plan};
@@ -14,6 +15,7 @@ use crate::codec::{
 };
 use crate::instances::server::table::{Function, table};
 use crate::limits::check_tracks;
+use crate::points::source::write_keyframe;
 use crate::scene::{Mesh, Scene};
 use crate::trace::Aabb;
 use glam::Vec3;
@@ -30,8 +32,9 @@ pub struct Options {
 }
 
 /// What a stream carries.
-struct Content {
+struct Content<'b> {
     tracks: Vec<Track>,
+    points: Vec<(u32, &'b InstancePoints)>,
     /// Codes of each `vertices` track, by id.
     vertices: Vec<(u32, Vec<u8>)>,
     instances: Vec<(u32, Table, Vec<Entry>)>,
@@ -77,6 +80,7 @@ pub fn write(
 ) -> Result<(Vec<u8>, usize)> {
     let Content {
         mut tracks,
+        points,
         vertices,
         instances,
     } = content(plan, baked, regions.is_some(), options)?;
@@ -92,6 +96,18 @@ pub fn write(
     encoder.group(&mut out, GroupStart::Keyframes)?;
     encoder.tracks(&mut out, &tracks)?;
     let mut digest = StateDigest::new();
+    if !points.is_empty() {
+        let transforms = points.iter().map(|(id, points)| (*id, points.transform));
+        let transforms: Vec<_> = transforms.collect();
+        encoder.transforms(&mut out, &transforms, options.compression)?;
+        let tracks = points
+            .iter()
+            .map(|(id, points)| (*id, &points.buckets[..], &points.cells[..]));
+        write_keyframe(&mut encoder, tracks, options.compression, &mut out)?;
+        for (id, points) in &points {
+            digest.points(*id, Some(&points.transform), &points.buckets, &points.cells);
+        }
+    }
     if !vertices.is_empty() {
         let updates: Vec<vertices::Update> = vertices
             .iter()
@@ -137,16 +153,31 @@ pub fn write(
     Ok((out, tracks.len()))
 }
 
-/// Tracks of local values, then those of instances with values of their own, then a table for each mesh whose
+/// Tracks of points, then those of local values, then those of instances with values of their own, then a table for each mesh whose
 /// instances have functions. Where there are regions, instances that move or deform have nothing: regions light them.
-fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> Result<Content> {
+fn content<'b>(
+    plan: &Plan,
+    baked: &'b Baked,
+    has_regions: bool,
+    options: Options,
+) -> Result<Content<'b>> {
     let scene = plan.scene();
     let is_static = |instance: usize| !(has_regions && scene.can_move(instance));
     let mut content = Content {
         tracks: Vec::new(),
+        points: Vec::new(),
         vertices: Vec::new(),
         instances: Vec::new(),
     };
+    let points = baked.points.iter().filter(|points| {
+        baked.choices[points.instance].rung == Rung::Points && is_static(points.instance)
+    });
+    for points in points {
+        let id = content.tracks.len() as u32 + 1;
+        let track = points.track.clone();
+        content.tracks.push(Track { id, ..track });
+        content.points.push((id, points));
+    }
     let own = baked.choices.iter().enumerate();
     let own = own.filter(|(i, choice)| choice.rung == Rung::Vertices && is_static(*i));
     let own = own.map(|(i, _)| {
@@ -180,7 +211,7 @@ fn content(plan: &Plan, baked: &Baked, has_regions: bool, options: Options) -> R
         let form = match choice.rung {
             Rung::Scalar | Rung::LocalScalar => Form::Scalar,
             Rung::Linear | Rung::LocalLinear => Form::Linear,
-            Rung::Local | Rung::Vertices => continue,
+            Rung::Local | Rung::Vertices | Rung::Points => continue,
         };
         let of_mesh = functions.entry(scene.mesh_hash(instance.mesh));
         let (_, of_mesh) = of_mesh.or_insert_with(|| (instance.mesh, Vec::new()));

@@ -5,6 +5,7 @@ use crate::codec::{Compression, Limits};
 use crate::instances::client::InstancesView;
 use crate::obscurance::shapes;
 use crate::obscurance::{Blend, Remap};
+use crate::points::client::PointsView;
 use crate::scene::{Instance, Pose, Scene};
 use crate::vertices::client::VerticesView;
 use crate::vertices::server::Sampling;
@@ -290,6 +291,61 @@ fn tolerance_takes_cheaper_rungs_the_larger_it_is() {
         "{strict:?}"
     );
 }
+/// Points err less than the rungs that they stand in for, and a client finds them in the stream.
+#[test]
+fn points_take_over_where_no_rung_holds() {
+    let scene = Scene::hall();
+    let world = World::new(&scene, 0.0);
+    let mut settings = Settings {
+        instances: true,
+        ..fine()
+    };
+    let plan = Plan::new(&scene, world.pose(), settings.clone()).expect("a plan");
+    let traced = plan.trace(0..plan.items().len(), &|_| ()).expect("traced");
+    let (mut baked, _) = plan.fit(&traced, &|| ()).expect("a fit");
+    let before = baked.clone();
+    let escalated = plan.escalate(&world, &traced, &mut baked);
+    escalated.expect("nothing to do");
+    assert_eq!(baked, before, "without a tolerance");
+
+    settings.tolerance = Some(0.06);
+    let plan = Plan::new(&scene, world.pose(), settings).expect("a plan");
+    let (mut baked, _) = plan.fit(&traced, &|| ()).expect("a fit");
+    let before = baked.clone();
+    plan.escalate(&world, &traced, &mut baked).expect("points");
+    assert!(!baked.points.is_empty());
+    for points in &baked.points {
+        let (was, is) = (
+            &before.choices[points.instance],
+            &baked.choices[points.instance],
+        );
+        assert!(was.error().expect("an error") > 0.06);
+        assert_eq!(is.rung, Rung::Points);
+        assert_eq!(is.error(), Some(points.error));
+        assert!(points.error < was.error().expect("an error"));
+    }
+    for (was, is) in before.choices.iter().zip(&baked.choices) {
+        assert!(was == is || was.error() > Some(0.06));
+    }
+    let options = stream::Options {
+        bits: 8,
+        compression: Compression::PAPER,
+        limits: Limits::default(),
+    };
+    // The decoder holds the state against the digest.
+    let (bytes, _) = stream::write(&plan, &baked, None, options).expect("a stream");
+    let mut client = Client::of_scene(&scene, Limits::default());
+    client.push(&bytes).expect("a sound stream");
+    let (points, vertices) = (PointsView::new(&client), VerticesView::new(&client));
+    for (instance, choice) in baked.choices.iter().enumerate() {
+        assert_eq!(points.has(instance), choice.rung == Rung::Points);
+        let own = vertices
+            .of_instance(instance)
+            .is_some_and(|found| found.is_own);
+        assert_eq!(own, choice.rung == Rung::Vertices);
+    }
+}
+
 /// What a client finds in the stream is what was baked, for every vertex.
 #[test]
 fn streams_hold_the_values_of_every_vertex() {
@@ -322,6 +378,34 @@ fn streams_hold_the_values_of_every_vertex() {
                 }
             }
         }
+    });
+}
+
+#[test]
+fn local_times_global_is_what_is_shown() {
+    let settings = Settings {
+        instances: true,
+        ..fine()
+    };
+    with_boxes(settings, |plan, baked| {
+        let [local, global] = plan.local_and_global(baked).expect("boxes have both");
+        for (instance, choice) in baked.choices.iter().enumerate() {
+            let values = |baked: &Baked| -> Vec<f32> {
+                let values = baked.instances[instance].vertices[0].iter();
+                values.map(|v| f32::from(*v) / 255.0).collect()
+            };
+            let pairs = values(&local).into_iter().zip(values(&global));
+            for ((local, global), shown) in pairs.zip(values(baked)) {
+                // A function above 1 is cut off where it stands alone.
+                if global < 1.0 {
+                    assert!((local * global - shown).abs() < 2.5 / 255.0, "{instance}");
+                }
+                assert!(local == 1.0 || choice.rung.has_local());
+            }
+        }
+    });
+    with_boxes(fine(), |plan, baked| {
+        assert!(plan.local_and_global(baked).is_none());
     });
 }
 

@@ -33,6 +33,7 @@ const EXAMPLES: &str = "\
 Examples:
   dapple bake scene.glb -o scene.dapple                           a stream of the model `vertices`
   dapple bake scene.glb -o scene.dapple --tolerance 0.05          each instance in the cheapest way that holds
+  dapple bake scene.glb -o scene.dapple --tolerance 0.05 --escalate points     and points where none does
   dapple bake scene.glb -o scene.dapple --regions                 and regions for objects that move
   dapple bake scene.glb --gltf baked.glb                          vertex attribute _AO
   dapple bake scene.glb --gltf baked.glb --into color             and multiplied into COLOR_0
@@ -105,6 +106,9 @@ struct QualityArgs {
     /// samples that are held out, noise of their rays included.
     #[arg(long, value_name = "ERROR", value_parser = args::share)]
     tolerance: Option<f32>,
+    /// Give instances that no way describes within --tolerance points of their own in the stream, as dense as it takes.
+    #[arg(long, value_name = "MODEL", requires = "tolerance")]
+    escalate: Option<Escalate>,
     /// Add regions, for objects that move: those of a JSON file (docs/regions.md), or without a file, or
     /// `auto`, those that are found in free space.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = FOUND)]
@@ -112,6 +116,13 @@ struct QualityArgs {
     /// Weight of smoothness between neighbouring faces.
     #[arg(long, value_name = "WEIGHT", default_value = "1", value_parser = args::weight)]
     alpha: f64,
+}
+
+/// What stands in where a tolerance is missed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Escalate {
+    /// A static track of the model `points`.
+    Points,
 }
 
 /// Foliage that attenuates rays.
@@ -272,8 +283,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
 
     let fitting = Instant::now();
     let bar = Progress::new("Fitting vertices", scene.instances.len() as u64);
-    let (baked, reports) = plan.fit(&traced, &|| bar.step(1))?;
+    let (mut baked, reports) = plan.fit(&traced, &|| bar.step(1))?;
     drop(bar);
+    if args.quality.escalate.is_some() && stream.is_some() {
+        let placing = Progress::spinner("Tracing points");
+        plan.escalate(&world, &traced, &mut baked)?;
+        drop(placing);
+    }
     seconds.fit = fitting.elapsed().as_secs_f64();
 
     let regions = match &args.quality.regions {

@@ -85,7 +85,8 @@ pub struct Args {
 pub enum Method {
     /// Ambient occlusion out of the stream.
     Points,
-    /// Baked obscurance out of the stream: at vertices, of instances, and in regions.
+    /// Baked obscurance out of the stream: at vertices, of instances, in regions, and by points where an instance
+    /// has them.
     #[value(alias = "instances", alias = "regions")]
     Vertices,
     /// Ray-traced per pixel: the reference.
@@ -220,7 +221,8 @@ fn drawn(
             let frame = renderer.frame(pose, Lookup::Rest, camera, width, height)?;
             let baked = Baked::new(&stream_frame.client, scene, pose)?;
             let BakedAo { ao, counts } = renderer.baked_ao(&frame.gbuffer, &baked)?;
-            let all = counts.vertices + counts.instances + counts.regions + counts.none;
+            let baked = counts.vertices + counts.instances + counts.regions;
+            let all = baked + counts.points + counts.none;
             let share = |count: u64| 100.0 * count as f64 / all.max(1) as f64;
             note = format!(
                 "; fragments lit at vertices {:.1} %, by instance {:.1} %, by region {:.1} %, not baked {:.1} %",
@@ -229,6 +231,9 @@ fn drawn(
                 share(counts.regions),
                 share(counts.none)
             );
+            if counts.points > 0 {
+                note += &format!(", by points {:.1} %", share(counts.points));
+            }
             (frame, ao)
         }
         (Method::Rtao, _) => {

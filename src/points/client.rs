@@ -66,6 +66,13 @@ impl<'c> PointsView<'c> {
         view
     }
 
+    /// Whether a mesh instance has points, by its index in [`Client::instances`].
+    pub fn has(&self, instance: usize) -> bool {
+        self.track_of_instance
+            .get(instance)
+            .is_some_and(Option::is_some)
+    }
+
     /// Whether deforming meshes are looked up in their rest pose.
     pub fn looks_up_rest_pose(&self) -> bool {
         self.rest

@@ -160,20 +160,11 @@ impl models::Source for Source {
     ) -> Result<()> {
         self.sent_transforms.fill(None);
         self.write_transforms(encoder, compression, out)?;
-        let parts = self.tracks_mut().map(|(id, track)| {
+        let tracks = self.tracks_mut().map(|(id, track)| {
             track.store.take_dirty();
-            let buckets = track.store.buckets().iter().enumerate();
-            let cells = track.store.cells().iter().enumerate();
-            let buckets = buckets
-                .filter(|(_, b)| b.0[0] != EMPTY)
-                .map(|(i, b)| (i as u32, *b));
-            let cells = cells
-                .filter(|(_, c)| c.key != EMPTY)
-                .map(|(i, c)| (i as u32, *c));
-            Part::new(id, buckets, cells)
+            (id, track.store.buckets(), track.store.cells())
         });
-        let parts: Vec<Part> = parts.collect();
-        write_parts(encoder, Coverage::Keyframe, &parts, compression, out)
+        write_keyframe(encoder, tracks, compression, out)
     }
 
     fn write_delta(
@@ -256,9 +247,34 @@ pub fn declarations(scene: &Scene, server: &Server, first_id: u32) -> Vec<codec:
         .collect()
 }
 
+/// Writes all content of tracks, by their ids, ascending: what a client needs to start from.
+///
+/// # Errors
+/// Those of the codec.
+pub fn write_keyframe<'t>(
+    encoder: &mut Encoder,
+    tracks: impl Iterator<Item = (u32, &'t [Bucket], &'t [Cell])>,
+    compression: Compression,
+    out: &mut Vec<u8>,
+) -> Result<()> {
+    let parts = tracks.map(|(id, buckets, cells)| {
+        let buckets = buckets.iter().enumerate();
+        let buckets = buckets
+            .filter(|(_, b)| b.0[0] != EMPTY)
+            .map(|(i, b)| (i as u32, *b));
+        let cells = cells.iter().enumerate();
+        let cells = cells
+            .filter(|(_, c)| c.key != EMPTY)
+            .map(|(i, c)| (i as u32, *c));
+        Part::new(id, buckets, cells)
+    });
+    let parts: Vec<Part> = parts.collect();
+    write_parts(encoder, Coverage::Keyframe, &parts, compression, out)
+}
+
 /// What the stream says of a track: it is found again by the path of its instance,
 /// whose mesh has to be the same.
-fn declare(scene: &Scene, id: u32, track: &Track) -> codec::Track {
+pub fn declare(scene: &Scene, id: u32, track: &Track) -> codec::Track {
     let bounds = track.mesh_bounds();
     let instance = &scene.instances[track.instance];
     codec::Track {
@@ -328,7 +344,7 @@ impl Part {
 }
 
 /// World from grid space of a track at a pose.
-fn transform(track: &Track, pose: &Pose) -> Transform {
+pub fn transform(track: &Track, pose: &Pose) -> Transform {
     let world: Affine3A = pose.world_from_mesh[track.instance] * track.mesh_from_grid();
     let rows = world.matrix3.transpose();
     let t = world.translation;

@@ -47,6 +47,16 @@ impl<'c> RegionsView<'c> {
         best.map(|(_, place)| place)
     }
 
+    /// Distance of a place in the world from the box of a region (m): 0 within it, infinite where that is no region.
+    pub fn distance(&self, place: Place, position: Vec3) -> f32 {
+        let track = self.tracks.get(place.track);
+        let region = track.and_then(|track| Some((track, track.regions.get(place.region)?)));
+        region.map_or(f32::INFINITY, |(track, region)| {
+            let x = track.space_from_world.transform_point3(position);
+            super::sample::distance_squared(region.min.into(), region.max.into(), x).sqrt()
+        })
+    }
+
     /// AO at a place in the world with a unit normal, by the region of an earlier [`RegionsView::find`]; 1
     /// where that is no region.
     pub fn sample(&self, place: Place, position: Vec3, normal: Vec3) -> f32 {

@@ -295,7 +295,8 @@ impl<'s> Renderer<'s> {
         }
     }
 
-    /// AO of the baked models for every pixel. `gbuffer` must be one for [`Lookup::Rest`].
+    /// AO of the baked models for every pixel, and of points on instances that have them. `gbuffer` must be one
+    /// for [`Lookup::Rest`].
     ///
     /// # Errors
     /// [`Error::Gpu`] for what the device cannot do.
@@ -303,6 +304,10 @@ impl<'s> Renderer<'s> {
         let (pixels, queries): (Vec<usize>, Vec<vertices::Query>) =
             baked.queries(self.scene, gbuffer).into_iter().unzip();
         let state = baked.state();
+        let points = match baked.points() {
+            Some(state) => Some(self.points_ao(gbuffer, &state, Fallback::Fill)?.ao),
+            None => None,
+        };
         let local = match &mut self.machine {
             Machine::Gpu(d) => {
                 let pass = match &mut d.vertices {
@@ -314,7 +319,7 @@ impl<'s> Renderer<'s> {
             Machine::Cpu { .. } => vertices::sample_on_cpu(&queries, &state),
         };
         let local: Vec<(usize, f32)> = pixels.into_iter().zip(local).collect();
-        Ok(baked.combine(gbuffer, &local))
+        Ok(baked.combine(gbuffer, &local, points))
     }
 }
 

@@ -1,11 +1,12 @@
 //! Baked obscurance for every pixel of a G-buffer: what `vertices`, `instances` and `regions` tracks say of it
-//! together (`spec/obscurance.md` §5).
+//! together (`spec/obscurance.md` §5). An instance with a `points` track in the same stream is lit by that.
 
 use super::gbuffer::{Fragment, GBuffer, NONE};
 use super::vertices::{Query, State};
 use crate::client::Client;
 use crate::codec::vertices::remap;
 use crate::instances::client::InstancesView;
+use crate::points::client::{PointsState, PointsView};
 use crate::regions::client::{Place, RegionsView};
 use crate::scene::{Pose, Scene};
 use crate::trace::Aabb;
@@ -25,6 +26,8 @@ pub struct Counts {
     pub instances: u64,
     /// The region that the instance is in.
     pub regions: u64,
+    /// Points on the instance.
+    pub points: u64,
     /// Nothing: AO = 1.
     pub none: u64,
 }
@@ -39,6 +42,7 @@ pub struct BakedAo {
 
 /// What a client has of each mesh instance of a scene at a pose.
 pub struct Baked<'c> {
+    points: PointsView<'c>,
     vertices: VerticesView<'c>,
     meshes: Vec<MeshValues>,
     instances: InstancesView,
@@ -57,6 +61,8 @@ enum Source {
     Product(Option<u32>),
     /// The region that its middle is in.
     Region(Place),
+    /// Points of its own.
+    Points,
     None,
 }
 
@@ -67,6 +73,7 @@ impl<'c> Baked<'c> {
     /// `Invalid` for a track with another number of vertices than its mesh.
     pub fn new(client: &'c Client, scene: &Scene, pose: &Pose) -> Result<Baked<'c>> {
         let mut baked = Baked {
+            points: PointsView::new(client),
             vertices: VerticesView::new(client),
             meshes: Vec::new(),
             instances: InstancesView::new(client),
@@ -82,6 +89,13 @@ impl<'c> Baked<'c> {
     }
 
     fn source(&mut self, scene: &Scene, pose: &Pose, instance: usize) -> Result<Source> {
+        // Points that follow a deforming mesh are looked up by its pose, which the G-buffer does not have.
+        let has_points = self.points.has(instance);
+        if has_points
+            && (self.points.looks_up_rest_pose() || !scene.is_deforming_instance(instance))
+        {
+            return Ok(Source::Points);
+        }
         let mesh = scene.instances[instance].mesh;
         let found = self.vertices.of_instance(instance).copied();
         if let Some(found) = found {
@@ -160,9 +174,27 @@ impl<'c> Baked<'c> {
         }
     }
 
-    /// AO of all pixels, from what the `vertices` pass found for those that have values.
-    pub(super) fn combine(&self, gbuffer: &GBuffer, local: &[(usize, f32)]) -> BakedAo {
+    /// What the `points` pass looks up in; `None` where no instance has points.
+    pub(super) fn points(&self) -> Option<PointsState<'_>> {
+        let has_points = self.sources.contains(&Source::Points);
+        has_points.then(|| self.points.state())
+    }
+
+    /// AO of all pixels, from what the `vertices` pass found for those that have values, and what the `points` pass
+    /// found for all.
+    pub(super) fn combine(
+        &self,
+        gbuffer: &GBuffer,
+        local: &[(usize, f32)],
+        points: Option<Vec<f32>>,
+    ) -> BakedAo {
         let mut ao = vec![1.0; gbuffer.fragments.len()];
+        let of_points = points.iter().flatten().zip(&gbuffer.fragments);
+        for (ao, (points, fragment)) in ao.iter_mut().zip(of_points) {
+            if self.source_of(fragment) == Some(&Source::Points) {
+                *ao = *points;
+            }
+        }
         for (pixel, local) in local {
             ao[*pixel] = *local;
         }
@@ -174,12 +206,13 @@ impl<'c> Baked<'c> {
                 vertices: a.vertices + b.vertices,
                 instances: a.instances + b.instances,
                 regions: a.regions + b.regions,
+                points: a.points + b.points,
                 none: a.none + b.none,
             });
         BakedAo { ao, counts }
     }
 
-    /// Turns the local AO of a pixel into what is shown.
+    /// Turns the local AO of a pixel, or that of points, into what is shown.
     fn finish(&self, fragment: &Fragment, ao: &mut f32) -> Counts {
         let mut counts = Counts::default();
         match self.source_of(fragment) {
@@ -196,6 +229,7 @@ impl<'c> Baked<'c> {
                     .sample(*place, fragment.position, fragment.normal);
                 counts.regions = 1;
             }
+            Some(Source::Points) => counts.points = 1,
             Some(Source::None) => counts.none = 1,
         }
         counts

@@ -55,6 +55,22 @@ pub struct Figures {
     pub rungs: Vec<RungFigures>,
     /// Instances of which no rung is within the tolerance.
     pub beyond_tolerance: Vec<BeyondTolerance>,
+    /// Instances that have points, since no rung was within the tolerance.
+    pub points: Vec<PointsFigures>,
+}
+
+/// The points of an instance.
+#[derive(Clone, Debug, Serialize)]
+pub struct PointsFigures {
+    pub instance: String,
+    /// Candidates per square metre, before thinning.
+    pub density: f32,
+    pub points: usize,
+    /// Held-out error.
+    pub error: f64,
+    /// The rung that the instance would have, and its error.
+    pub instead_of: &'static str,
+    pub error_before: f64,
 }
 
 /// What the bake of regions met.
@@ -159,6 +175,7 @@ impl Figures {
             foliage: foliage(plan),
             rungs: rungs(baked),
             beyond_tolerance: beyond_tolerance(plan, baked),
+            points: points(plan, baked),
             ..Figures::default()
         }
     }
@@ -196,6 +213,20 @@ impl Figures {
             let rungs =
                 rungs.map(|r| format!("{} {}", counted(r.instances as u64, "instance"), r.rung));
             text += &format!("{}\n", rungs.collect::<Vec<_>>().join("; "));
+        }
+        for it in self.points.iter().take(SHOWN) {
+            text += &format!(
+                "points: {} has {} at a density of {} per m2 and errs by {:.4} ({:.4} by {})\n",
+                it.instance,
+                grouped(it.points as u64),
+                significant(f64::from(it.density)),
+                it.error,
+                it.error_before,
+                it.instead_of
+            );
+        }
+        if let Some(more) = self.points.len().checked_sub(SHOWN + 1) {
+            text += &format!("points: {} more\n", grouped(more as u64 + 1));
         }
         let beyond = self.beyond_tolerance.iter().take(SHOWN);
         for BeyondTolerance {
@@ -290,6 +321,19 @@ fn beyond_tolerance(plan: &Plan, baked: &Baked) -> Vec<BeyondTolerance> {
     let mut beyond: Vec<BeyondTolerance> = beyond.collect();
     beyond.sort_by(|a, b| b.error.total_cmp(&a.error));
     beyond
+}
+
+/// Instances that have points.
+fn points(plan: &Plan, baked: &Baked) -> Vec<PointsFigures> {
+    let figures = baked.points.iter().map(|points| PointsFigures {
+        instance: plan.scene().instances[points.instance].name.clone(),
+        density: points.density,
+        points: points.points,
+        error: points.error,
+        instead_of: points.instead_of.0.name(),
+        error_before: points.instead_of.1,
+    });
+    figures.collect()
 }
 
 /// Most meshes that are named.

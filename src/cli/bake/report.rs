@@ -9,13 +9,28 @@ use crate::measure::report::{Figure, Image, Report, Section, Source, write};
 use crate::measure::table::{Table, Value, grouped};
 use crate::render::gbuffer::{Fragment, GBuffer, Lookup, NONE};
 use crate::render::{Backend, Picture, Renderer, composite};
+use crate::rng::Rng;
 use crate::scene::{Pose, Scene};
 use crate::{Result, vertices};
 use glam::Vec3;
+use rayon::prelude::*;
 use std::path::Path;
 
 /// Instances in the table of the page.
 const SHOWN: usize = 40;
+
+/// Rays of a pixel of the ray-traced picture.
+const TRACED_RAYS: u32 = 64;
+
+/// Files and captions of the parts of obscurance that instances are described by. Figure 2 of the paper shows the second,
+/// both together and the ray-traced picture.
+const PARTS: [[&str; 2]; 2] = [
+    [
+        "local_ao",
+        "Local: the values that instances of a mesh share",
+    ],
+    ["global_ao", "Global: what the scene makes of each instance"],
+];
 
 /// Draws the pictures and writes the page.
 ///
@@ -45,7 +60,7 @@ pub fn create(
         })
     };
     let [without, with] = [None, Some(&ao[..])].map(|ao| frame.composite(ao));
-    let images = vec![
+    let mut images = vec![
         save(
             "without_and_with",
             "Without obscurance, and with that of the vertices",
@@ -59,6 +74,15 @@ pub fn create(
         )?,
         save("no_ao", "Without", without)?,
     ];
+    if let Some(parts) = plan.local_and_global(baked) {
+        for ([file, caption], part) in PARTS.into_iter().zip(&parts) {
+            let ao = vertex_ao(scene, pose, &frame.gbuffer, part);
+            let picture = composite::ao_picture(&frame.gbuffer, &ao);
+            images.push(save(file, caption, picture)?);
+        }
+        let picture = composite::ao_picture(&frame.gbuffer, &traced_ao(plan, &frame.gbuffer)?);
+        images.push(save("traced_ao", "Ray-traced for each pixel", picture)?);
+    }
     let camera = view.describe(scene, &eye);
     let page = page(
         plan,
@@ -99,6 +123,25 @@ fn vertex_ao(scene: &Scene, pose: &Pose, gbuffer: &GBuffer, baked: &Baked) -> Ve
             .sum()
     };
     gbuffer.fragments.iter().map(value).collect()
+}
+
+/// Obscurance of each fragment, ray-traced; 1 in the sky.
+fn traced_ao(plan: &Plan, gbuffer: &GBuffer) -> Result<Vec<f32>> {
+    let settings = plan.settings();
+    let kernels = settings.vertices.kernels.len();
+    plan.with_obscurance(TRACED_RAYS, |obscurance| {
+        let pixels = gbuffer.fragments.par_iter().enumerate();
+        let value = |(pixel, f): (usize, &Fragment)| {
+            if f.instance == NONE {
+                return 1.0;
+            }
+            let seed = Rng::new(pixel as u64).draw() as u32;
+            let gather = obscurance.about(f.position, f.geometric_normal, f.normal, seed);
+            let tone = &settings.tone;
+            tone.shown(&tone.apply(&gather.values[..kernels]))
+        };
+        pixels.map(value).collect()
+    })
 }
 
 /// Barycentric weights of the point of a triangle that is next to `point`, roughly: within 0 and 1.

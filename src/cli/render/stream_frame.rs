@@ -90,13 +90,13 @@ impl StreamFrame {
     }
 
     /// The method that was asked for, or the one for what the stream carries, of several the first of `probes`,
-    /// `points` and `vertices`.
+    /// `vertices`, which shows points, too, and `points`.
     ///
     /// # Errors
     /// `Invalid` for a stream without what the method needs.
     pub fn method(&self, asked: Option<Method>, path: &Path) -> Result<Method> {
         let refuse = |what: String| Err(Error::Invalid(format!("{}: {what}", stream::name(path))));
-        let carried = [Method::Probes, Method::Points, Method::Vertices];
+        let carried = [Method::Probes, Method::Vertices, Method::Points];
         let mut carried = carried.into_iter().filter(|method| self.carries(*method));
         let Some(first) = carried.next() else {
             return refuse("the stream has no track with light".into());
@@ -122,10 +122,13 @@ impl StreamFrame {
     }
 }
 
-/// Whether a stream has baked tracks alone.
+/// Whether a stream is a bake: it has baked tracks, and besides them points at most.
 fn is_baked(client: &Client) -> bool {
-    let mut tracks = client.decoder().tracks().iter();
-    tracks.all(|live| method_of(live.track.model.kind()) == Method::Vertices)
+    let tracks = client.decoder().tracks().iter();
+    let methods: Vec<Method> = tracks
+        .map(|live| method_of(live.track.model.kind()))
+        .collect();
+    methods.contains(&Method::Vertices) && !methods.contains(&Method::Probes)
 }
 
 /// The method that shows a model.

@@ -31,6 +31,15 @@ pub(super) struct Openness {
 }
 
 impl Openness {
+    /// A point of a given AO that nothing hides.
+    pub(super) fn open(ao: f32) -> Openness {
+        Openness {
+            ao,
+            shell: 1.0,
+            layer: 1.0,
+        }
+    }
+
     /// `ao(distance)` traces the point.
     pub(super) fn trace(
         options: &Options,

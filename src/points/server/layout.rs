@@ -190,17 +190,21 @@ pub(super) fn placing_pose(
 }
 
 /// Places points once for every mesh, scale and shape in `placing`; instances that share all three
-/// share their points. Skins over one mesh may bind it at different sizes.
+/// share their points; those that `takes` does not pick have none. Skins over one mesh may bind it at different sizes.
 pub(super) fn templates(
     scene: &Scene,
     rest: &Pose,
     placing: &Pose,
     options: &Options,
+    takes: &dyn Fn(usize) -> bool,
 ) -> Result<Templates> {
     let mut kinds: Vec<(usize, Mat3, usize)> = Vec::new();
     let mut kinds_of: BTreeMap<(usize, [u32; 9]), Vec<usize>> = BTreeMap::new();
     let of_instance: Vec<Option<usize>> = (0..scene.instances.len())
         .map(|i| {
+            if !takes(i) {
+                return None;
+            }
             let (_, scale) = grid::split(&placing.world_from_mesh[i])?;
             let mesh = scene.instances[i].mesh;
             let alike = kinds_of.entry((mesh, scale_key(scale))).or_default();

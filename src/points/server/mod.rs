@@ -18,7 +18,7 @@ use super::chunks::AabbTree;
 use super::frustum::Frustum;
 use crate::Result;
 use crate::rng::Rng;
-use crate::scene::Pose;
+use crate::scene::{Pose, Surface};
 use crate::world::World;
 use hidden::Openness;
 use layout::{placing_pose, templates};
@@ -72,6 +72,15 @@ impl Server {
     /// Places all points and lays out grids and hashes; traces nothing yet. `world` is at the first
     /// frame.
     pub fn new(world: &World, options: Options) -> Result<Self> {
+        Self::of_instances(world, options, &|_| true)
+    }
+
+    /// [`Server::new`] with points on the instances of the scene that `takes` picks.
+    pub fn of_instances(
+        world: &World,
+        options: Options,
+        takes: &dyn Fn(usize) -> bool,
+    ) -> Result<Self> {
         let clock = Instant::now();
         let (scene, pose) = (world.scene(), world.pose());
         let rest = scene.rest_pose();
@@ -89,7 +98,7 @@ impl Server {
         };
 
         let placing = placing_pose(scene, &rest, &samples, pose.time, &options);
-        let templates = templates(scene, &rest, &placing, &options)?;
+        let templates = templates(scene, &rest, &placing, &options, takes)?;
         let tracks: Vec<Track> = (0..scene.instances.len())
             .into_par_iter()
             .filter_map(|i| {
@@ -155,6 +164,26 @@ impl Server {
         tick
     }
 
+    /// Gives every point a value that is not this server's own: that of `value`, by the surface that the point lies on
+    /// and the seed of its rays. A point without one is left out.
+    pub fn fill(&mut self, world: &World, value: &(dyn Fn(&Surface, u32) -> Option<f32> + Sync)) {
+        let (scene, pose, options) = (world.scene(), world.pose(), self.options);
+        for (t, track) in self.tracks.iter_mut().enumerate() {
+            let shared = &*track;
+            let filled: Vec<TracedPoint> = (0..shared.points() as u32)
+                .into_par_iter()
+                .filter_map(|point| {
+                    let at = shared.surface(scene, pose, point);
+                    let ao = value(&at, point_seed(options.seed, t, point))?;
+                    Some(shared.traced(t, point, &at, Openness::open(ao), 0))
+                })
+                .collect();
+            for point in &filled {
+                track.apply(point, &options);
+            }
+        }
+    }
+
     /// Marks what is about to move where it still is: occlusion changes where a mover left as well as
     /// where it comes to. To be called while the world advances.
     pub fn leave(&mut self, world: &World) {
@@ -205,13 +234,7 @@ impl Server {
                 .par_iter()
                 .map(|&(t, point)| {
                     let track = &tracks[t];
-                    let on_mesh = &track.template.placement.points[point as usize];
-                    let triangle = on_mesh.triangle as usize;
-                    let mut at =
-                        scene.surface(pose, track.instance, triangle, on_mesh.u, on_mesh.v);
-                    if on_mesh.back {
-                        at = at.flipped();
-                    }
+                    let at = track.surface(scene, pose, point);
                     let mut rays = 0;
                     let openness = Openness::trace(&options, track.radius(), |distance| {
                         rays += options.rays;
@@ -224,19 +247,7 @@ impl Server {
                             point_seed(options.seed, t, point),
                         )
                     });
-                    let (position, normal) = if track.looks_up_rest_pose() {
-                        (at.rest_position, at.rest_normal)
-                    } else {
-                        (at.mesh_position, at.mesh_normal)
-                    };
-                    TracedPoint {
-                        track: t,
-                        point,
-                        openness,
-                        rays,
-                        position: track.to_grid.position(position),
-                        normal: track.to_grid.normal(normal),
-                    }
+                    track.traced(t, point, &at, openness, rays)
                 })
                 .collect();
             tick.trace_time += clock.elapsed();

@@ -7,6 +7,7 @@ use crate::points::grid;
 use crate::points::place::{Density, Placement};
 use crate::points::sample::GridTransform;
 use crate::points::store::Store;
+use crate::scene::{Pose, Scene, Surface};
 use crate::trace::Aabb;
 use glam::{Affine3A, Mat3, Vec3};
 use std::sync::Arc;
@@ -123,6 +124,38 @@ pub(super) struct TracedPoint {
 }
 
 impl Track {
+    /// The surface that a point lies on, from the point's side.
+    pub(super) fn surface(&self, scene: &Scene, pose: &Pose, point: u32) -> Surface {
+        let on_mesh = &self.template.placement.points[point as usize];
+        let triangle = on_mesh.triangle as usize;
+        let at = scene.surface(pose, self.instance, triangle, on_mesh.u, on_mesh.v);
+        if on_mesh.back { at.flipped() } else { at }
+    }
+
+    /// A point on a surface with what its rays say. `track` is the index of this track.
+    pub(super) fn traced(
+        &self,
+        track: usize,
+        point: u32,
+        at: &Surface,
+        openness: Openness,
+        rays: u32,
+    ) -> TracedPoint {
+        let (position, normal) = if self.looks_up_rest_pose() {
+            (at.rest_position, at.rest_normal)
+        } else {
+            (at.mesh_position, at.mesh_normal)
+        };
+        TracedPoint {
+            track,
+            point,
+            openness,
+            rays,
+            position: self.to_grid.position(position),
+            normal: self.to_grid.normal(normal),
+        }
+    }
+
     /// Stores a traced point if it differs enough from what was last sent (PSAO §3.3).
     pub(super) fn apply(&mut self, p: &TracedPoint, options: &Options) -> bool {
         let i = p.point as usize;
