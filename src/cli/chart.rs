@@ -1,6 +1,7 @@
 //! `dapple chart`: accuracy against bitrate and time. Of `points` over densities, cameras and server
-//! rates; of `probes` in [`probes`].
+//! rates; of `probes` in [`probes`], and of baked obscurance in [`baked`].
 
+mod baked;
 mod probes;
 
 use super::args::{EncodeArgs, Rate, SceneArgs, ViewArgs};
@@ -14,7 +15,7 @@ use crate::measure::evaluate::{
 };
 use crate::measure::metrics::{self, Difference};
 use crate::measure::reference::{RAYS, Reference, Score};
-use crate::measure::report::{Report, Section, save, write};
+use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
 use crate::models::{Model, ModelOptions};
 use crate::points::place::Density;
@@ -26,18 +27,27 @@ use crate::stream::{Job, View};
 use crate::world::World;
 use crate::{Error, Result, files};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// Measure a scene: `points` over densities, bitrate of a whole run and accuracy against RTAO; with
-/// `--model probes`, indirect light against path tracing, beside DDGI.
+/// `--model probes`, indirect light against path tracing, beside DDGI; with `--baked`, baked obscurance of
+/// `vertices`, `instances` and `regions` against ray tracing.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     #[command(flatten)]
     encode: EncodeArgs,
+    /// Measure baked obscurance by bytes, error and time, at one moment. `--rays` are those of a sample (64 if not
+    /// given); `--distance` is that of plain occlusion, in the place of the half-distances of 2 m and 300 m.
+    #[arg(help_heading = HEADING, long, conflicts_with = "model")]
+    baked: bool,
+    /// Points of the surfaces at which `--baked` measures errors.
+    #[arg(help_heading = HEADING, long, value_name = "COUNT", default_value = "4000",
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    points: u32,
     /// Densities to measure, before thinning, instead of the one of --density; if neither is given: a
     /// sixteenth and a quarter of the density that suits the scene, and that.
     #[arg(help_heading = HEADING, long, value_name = "N,N", value_delimiter = ',', value_parser = super::args::density,
@@ -57,7 +67,7 @@ pub struct Args {
     /// Milliseconds from a server frame to its use.
     #[arg(help_heading = HEADING, long, value_name = "MS", default_value = "0", value_parser = super::args::latency)]
     latency_ms: f64,
-    /// Paths a pixel of the reference for `probes`.
+    /// Paths a pixel of the reference for `probes`; rays of a point of it for `--baked`.
     #[arg(help_heading = HEADING, long, value_name = "COUNT", default_value = "1024",
         value_parser = clap::value_parser!(u32).range(2..=1 << 20))]
     reference: u32,
@@ -122,10 +132,16 @@ struct Seat {
 /// `Scene` for an unusable scene, `Invalid` for cameras it does not have, `Io` where the folder
 /// cannot be written.
 pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
-    let mut active = args.encode.active();
+    let mut active = match args.baked {
+        true => vec![effects::BAKED],
+        false => args.encode.active(),
+    };
     active.extend(given.has("frame").then_some(effects::FRAME));
     active.extend(given.has("frames").then_some(effects::FRAMES));
     given.warn_without_effect(&active);
+    if args.baked {
+        return baked::run(args);
+    }
     match args.encode.model[..] {
         [Model::Points] => {}
         [Model::Probes] => return probes::run(args),
@@ -240,12 +256,25 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
             points.rays,
             points.seed
         ),
-        sections: vec![Section {
-            charts,
-            tables: vec![table.clone()],
-            ..Section::default()
-        }],
-        notes: vec![format!("Drawn by {}.", renderer.name())],
+        sections: vec![
+            Section {
+                images: images(&rows, &seats, &args.output)?,
+                ..Section::default()
+            },
+            Section {
+                charts,
+                tables: vec![table.clone()],
+                ..Section::default()
+            },
+        ],
+        notes: vec![
+            "PSNR, SSIM and FLIP are of the picture, AO PSNR and rmse of occlusion over its geometry; means over \
+             the scored frames."
+                .into(),
+            "Start-up is the first frame, which has all points; the steady rate is of the frames after it."
+                .into(),
+            format!("Pictures are of the last scored frame, drawn by {}.", renderer.name()),
+        ],
         ..Report::default()
     };
     write(&page, &rows, &args.output)?;
@@ -312,6 +341,41 @@ fn seats(
             })
         })
         .collect()
+}
+
+/// Of each camera the reference, and the picture of its last row, which has the most points.
+fn images(rows: &[Row], seats: &[Seat], folder: &Path) -> Result<Vec<Image>> {
+    let mut images = Vec::new();
+    for (number, seat) in seats.iter().enumerate() {
+        let Some(reference) = seat.references.last() else {
+            continue;
+        };
+        let mut add = |kind: &str, caption: String, detail: String, ao: &[f32]| -> Result<()> {
+            let file = format!("{kind}_{number}.png");
+            reference
+                .frame
+                .composite(Some(ao))
+                .write_png(&folder.join(&file))?;
+            images.push(Image {
+                caption,
+                detail,
+                source: Source::File(file),
+            });
+            Ok(())
+        };
+        let caption = format!("{}, ray-traced", seat.name);
+        add("reference", caption, String::new(), &reference.ao)?;
+        let of_camera = rows.iter().filter(|row| row.camera == seat.name);
+        if let Some(row) = of_camera.max_by(|a, b| a.density.total_cmp(&b.density)) {
+            let caption = format!("{}, {} points per m2", row.camera, row.density);
+            let detail = format!(
+                "{:.2} dB over all scored frames",
+                row.evaluation.picture.psnr
+            );
+            add("points", caption, detail, &row.evaluation.last_ao)?;
+        }
+    }
+    Ok(images)
 }
 
 /// The score of no AO at all, pictures and AO: the floor that a method has to clear.

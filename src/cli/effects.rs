@@ -18,6 +18,8 @@ pub struct Effect {
 pub const POINTS: &str = "--model points";
 /// The choice of the model `probes`.
 pub const PROBES: &str = "--model probes";
+/// A chart of baked obscurance.
+pub const BAKED: &str = "--baked";
 /// `points` that are only updated where a camera sees them.
 pub const VISIBILITY: &str = "--model points without --no-visibility";
 /// Probes with a tolerance.
@@ -57,6 +59,18 @@ const POINTS_OPTIONS: &[&str] = &[
     "thinning",
     "rays",
     "distance",
+    "threshold",
+    "width",
+    "space",
+    "min_ao",
+    "overflow",
+    "no_visibility",
+    "budget",
+];
+/// [`POINTS_OPTIONS`] without those that baked obscurance has, too.
+const POINTS_ALONE: &[&str] = &[
+    "density",
+    "thinning",
     "threshold",
     "width",
     "space",
@@ -196,7 +210,7 @@ const CHART: &[Effect] = &[
             "gltf_scene",
             "animation",
             "model",
-            "quality",
+            "baked",
             "output",
             "camera",
             "eye",
@@ -204,13 +218,23 @@ const CHART: &[Effect] = &[
             "size",
             "frame",
             "time",
-            "frames",
-            "seed",
         ],
     },
     Effect {
+        needs: &[POINTS, PROBES],
+        options: &["quality", "frames", "seed"],
+    },
+    Effect {
         needs: &[POINTS],
-        options: POINTS_OPTIONS,
+        options: POINTS_ALONE,
+    },
+    Effect {
+        needs: &[POINTS, BAKED],
+        options: &["rays", "distance"],
+    },
+    Effect {
+        needs: &[BAKED],
+        options: &["points"],
     },
     Effect {
         needs: &[POINTS],
@@ -237,8 +261,12 @@ const CHART: &[Effect] = &[
         options: PROBES_OPTIONS,
     },
     Effect {
+        needs: &[PROBES, BAKED],
+        options: &["reference"],
+    },
+    Effect {
         needs: &[PROBES],
-        options: &["reference", "parts", "exposure", "curves"],
+        options: &["parts", "exposure", "curves"],
     },
     Effect {
         needs: &[PACKED],
@@ -356,7 +384,7 @@ const BAKE: &[Effect] = &[
     },
     Effect {
         needs: &[OUTPUT],
-        options: &["bits", "compression"],
+        options: &["bits", "compression", "escalate"],
     },
     Effect {
         needs: &[OUTPUT],

@@ -86,7 +86,15 @@ impl Reference {
         distance: f32,
         seed: u64,
     ) -> Result<Self> {
-        let (a, b) = rtao(tracer, &frame.gbuffer, rays, distance, seed);
+        let halves = rtao(tracer, &frame.gbuffer, rays, distance, seed);
+        Self::of_halves(pose.time, frame, halves)
+    }
+
+    /// A reference by AO per pixel of two independent halves, 1 in the sky.
+    ///
+    /// # Errors
+    /// `Invalid` for a picture without geometry.
+    pub fn of_halves(time: f64, frame: Frame, (a, b): (Vec<f32>, Vec<f32>)) -> Result<Self> {
         let mask: Vec<bool> = frame
             .gbuffer
             .fragments
@@ -103,7 +111,7 @@ impl Reference {
         let noise = noise_of_mean(&field(&a), &field(&b))?;
         let ao = mean_of_halves(&a, &b);
         Ok(Reference {
-            time: pose.time,
+            time,
             frame,
             ao,
             noise,
