@@ -8,28 +8,28 @@ const HEADING: &str = "Limits of decoders";
 #[derive(Clone, Debug, clap::Args)]
 pub struct LimitArgs {
     /// Bytes of a record's payload as stored.
-    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes32, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes32, help_heading = HEADING, hide_short_help = true)]
     max_stored_bytes: u32,
     /// Bytes of a record's payload unpacked.
-    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes32, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes32, help_heading = HEADING, hide_short_help = true)]
     max_unpacked_bytes: u32,
     /// Unpacked bytes of all model records of a frame.
-    #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = bytes32, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = bytes32, help_heading = HEADING, hide_short_help = true)]
     max_frame_bytes: u32,
     /// Window of a zstd frame.
-    #[arg(long, value_name = "BYTES", default_value = "8M", value_parser = bytes32, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "8M", value_parser = bytes32, help_heading = HEADING, hide_short_help = true)]
     max_zstd_window_bytes: u32,
     /// Live tracks.
-    #[arg(long, value_name = "COUNT", default_value = "65536", help_heading = HEADING)]
+    #[arg(long, value_name = "COUNT", default_value = "65536", help_heading = HEADING, hide_short_help = true)]
     max_tracks: u32,
     /// Bytes of a track's path.
-    #[arg(long, value_name = "BYTES", default_value = "1024", value_parser = bytes32, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "1024", value_parser = bytes32, help_heading = HEADING, hide_short_help = true)]
     max_path_bytes: u32,
     /// Bytes of decoded state of all tracks.
-    #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = bytes, help_heading = HEADING)]
+    #[arg(long, value_name = "BYTES", default_value = "512M", value_parser = bytes, help_heading = HEADING, hide_short_help = true)]
     max_state_bytes: u64,
     /// Steps of work, of some 10 ns each, for a byte of the stream.
-    #[arg(long, value_name = "STEPS", default_value = "400", help_heading = HEADING)]
+    #[arg(long, value_name = "STEPS", default_value = "400", help_heading = HEADING, hide_short_help = true)]
     max_work_per_byte: u32,
 }
 

@@ -63,7 +63,8 @@ const PALETTE: [&str; 7] = [
 ];
 
 const WIDTH: f64 = 640.0;
-const HEIGHT: f64 = 430.0;
+/// Height without the legend's names.
+const HEIGHT: f64 = 406.0;
 const LEFT: f64 = 68.0;
 const RIGHT: f64 = 24.0;
 const BOTTOM: f64 = 62.0;
@@ -118,7 +119,8 @@ impl Chart {
         let levels: Vec<&Level> = self.levels.iter().filter(|l| self.y.places(l.y)).collect();
 
         let (legend, legend_height) = self.legend();
-        let top = 46.0 + legend_height;
+        // Names take no place of the plot.
+        let (top, height) = (46.0 + legend_height, HEIGHT + legend_height);
         let x = Scale::new(
             shown.iter().map(|p| p.x),
             self.x.log,
@@ -127,25 +129,26 @@ impl Chart {
             8,
         );
         let y_values = shown.iter().map(|p| p.y).chain(levels.iter().map(|l| l.y));
-        let y = Scale::new(y_values, self.y.log, HEIGHT - BOTTOM, top, 6);
+        let y = Scale::new(y_values, self.y.log, height - BOTTOM, top, 6);
 
         let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
              role=\"img\" aria-label=\"{title}\" \
              font-family=\"system-ui, 'Segoe UI', Helvetica, Arial, sans-serif\" \
              font-size=\"12.5\">\n<title>{title}</title>\n\
-             <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n\
+             <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fff\"/>\n\
              <text x=\"{LEFT}\" y=\"26\" font-size=\"16\" font-weight=\"600\" \
              fill=\"#1b1f24\">{title}</text>\n",
             title = escape(&self.title),
         );
         svg += &legend;
-        self.axes(&mut svg, &x, &y, top);
+        self.axes(&mut svg, &x, &y, top, height);
 
         let mut labels = Labels {
             taken: Vec::new(),
             lines: Vec::new(),
             top,
+            height,
         };
         for level in &levels {
             let at = y.place(level.y);
@@ -207,7 +210,7 @@ impl Chart {
                 svg,
                 "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" fill=\"#57606a\">no data</text>",
                 (LEFT + WIDTH - RIGHT) / 2.0,
-                (top + HEIGHT - BOTTOM) / 2.0
+                (top + height - BOTTOM) / 2.0
             );
         }
         if left_out > 0 {
@@ -216,7 +219,7 @@ impl Chart {
                 "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\" \
                  fill=\"#57606a\">{left_out} without a place on these axes</text>",
                 WIDTH - RIGHT,
-                HEIGHT - 8.0
+                height - 8.0
             );
         }
         svg + "</svg>\n"
@@ -262,8 +265,8 @@ impl Chart {
     }
 
     /// Grid, ticks and labels.
-    fn axes(&self, svg: &mut String, x: &Scale, y: &Scale, top: f64) {
-        let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
+    fn axes(&self, svg: &mut String, x: &Scale, y: &Scale, top: f64, height: f64) {
+        let (bottom, right) = (height - BOTTOM, WIDTH - RIGHT);
         for (value, text) in y.ticks() {
             let at = y.place(value);
             let _ = writeln!(
@@ -342,6 +345,8 @@ struct Labels {
     /// Segments of the curves.
     lines: Vec<[(f64, f64); 2]>,
     top: f64,
+    /// Of the whole chart.
+    height: f64,
 }
 
 impl Labels {
@@ -370,7 +375,7 @@ impl Labels {
             left >= LEFT
                 && left + width <= WIDTH
                 && top >= self.top - 16.0
-                && top + height <= HEIGHT - BOTTOM
+                && top + height <= self.height - BOTTOM
                 && !self.taken.iter().any(|[x, y, w, h]| {
                     left < x + w && *x < left + width && top < y + h && *y < top + height
                 })
@@ -453,6 +458,43 @@ mod tests {
         assert!(!svg.contains("hidden") && !svg.contains("NaN") && !svg.contains("inf"));
         assert!(svg.contains("Accuracy &amp; rate") && svg.contains("PSNR &lt;dB&gt;"));
         assert_eq!(svg.matches("<polyline").count(), 1);
+    }
+
+    /// Many long names make the chart higher and leave the plot as it is.
+    #[test]
+    fn names_take_no_place_of_the_plot() {
+        // Height of the chart, and top and bottom of the grid.
+        let numbers = |names: usize| -> [f64; 3] {
+            let series = (0..names).map(|i| Series {
+                name: format!("a method with a name as long as the width of the chart, {i}"),
+                points: vec![Point {
+                    x: 1.0,
+                    y: 2.0,
+                    label: String::new(),
+                }],
+                line: false,
+            });
+            let series = series.collect();
+            let svg = Chart {
+                series,
+                ..Chart::default()
+            }
+            .to_svg();
+            let after = |text: &str, svg: &str| -> f64 {
+                let at = svg.find(text).expect(text) + text.len();
+                let number = svg[at..].split('"').next().expect("a number");
+                number.parse().expect("a number")
+            };
+            let ticks = &svg[svg.find("#eef0f2").expect("a grid") - 60..];
+            [
+                after("viewBox=\"0 0 640 ", &svg),
+                after("y1=\"", ticks),
+                after("y2=\"", ticks),
+            ]
+        };
+        let [one, many] = [1, 9].map(numbers);
+        assert_eq!(many[0] - one[0], 8.0 * 20.0);
+        assert_eq!(many[2] - many[1], one[2] - one[1]);
     }
 
     #[test]

@@ -49,6 +49,11 @@ pub struct FirstHits {
 }
 
 impl FirstHits {
+    /// Whether each pixel sees geometry, row by row from the top.
+    pub fn geometry(&self) -> impl Iterator<Item = bool> {
+        self.surfaces.iter().map(Option::is_some)
+    }
+
     pub fn new(paths: &PathTracer, camera: &CameraPose, width: u32, height: u32) -> FirstHits {
         let view = View::new(camera, width, height);
         let eye = Vec3::from(camera.world_from_camera.translation);
