@@ -42,37 +42,39 @@ impl<'a> Sections<'a> {
     }
 
     pub(super) fn find_bucket(&self, index: u32) -> Option<Bucket> {
-        let at = self
-            .bucket_indices
-            .binary_search_by_key(&index, |&b| word(b))
-            .ok()?;
-        Some(bucket(&self.buckets[at]))
+        find(self.bucket_indices, index).map(|at| bucket(&self.buckets[at]))
     }
 
     pub(super) fn find_cell(&self, index: u32) -> Option<usize> {
-        self.cell_indices
-            .binary_search_by_key(&index, |&b| word(b))
-            .ok()
+        find(self.cell_indices, index)
     }
 
-    /// The cell at a position in the section, whose points take `size` bytes each.
+    /// The cell at a position in the section, whose points take `size` bytes each: 2, 3 or 4.
+    #[inline]
     pub(super) fn cell(&self, at: usize, size: usize) -> Cell {
-        let mut points = [0; CELL_POINTS];
-        let start = at * CELL_POINTS * size;
-        for (point, bytes) in points
-            .iter_mut()
-            .zip(self.points[start..].chunks_exact(size))
-        {
-            *point = bytes
-                .iter()
-                .rev()
-                .fold(0, |word, &byte| word << 8 | u32::from(byte));
-        }
+        let of_cell = &self.points[at * CELL_POINTS * size..];
+        let points = match size {
+            2 => of_cell.first_chunk().map(points::<2, 14>),
+            3 => of_cell.first_chunk().map(points::<3, 21>),
+            _ => of_cell.first_chunk().map(points::<4, 28>),
+        };
         Cell {
             key: word(self.keys[at]),
-            points,
+            points: points.unwrap_or([0; CELL_POINTS]),
         }
     }
+}
+
+/// Position of an index among ascending ones. Those of a keyframe have no gaps as a rule, and need no search.
+#[inline]
+fn find(indices: &[[u8; 4]], index: u32) -> Option<usize> {
+    let (first, last) = (word(*indices.first()?), word(*indices.last()?));
+    if (last - first) as usize + 1 == indices.len() {
+        return (first..=last)
+            .contains(&index)
+            .then(|| (index - first) as usize);
+    }
+    indices.binary_search_by_key(&index, |&b| word(b)).ok()
 }
 
 pub(super) fn word(bytes: [u8; 4]) -> u32 {
