@@ -51,7 +51,7 @@ fn write(folder: &Path, name: &str, document: &serde_json::Value) {
 }
 
 /// A folder with the scene `a.gltf`.
-fn folder() -> tempfile::TempDir {
+pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     write(folder.path(), "a.gltf", &corner());
     folder
@@ -64,7 +64,7 @@ fn command(folder: &Path, line: &str) -> Command {
 }
 
 /// Runs the program, which must succeed; returns what it prints.
-fn runs(folder: &Path, line: &str) -> String {
+pub fn runs(folder: &Path, line: &str) -> String {
     let Output {
         status,
         stdout,
@@ -79,7 +79,7 @@ fn runs(folder: &Path, line: &str) -> String {
 }
 
 /// Runs the program, which must end with this code and one sentence that contains `names`.
-fn refuses(folder: &Path, line: &str, code: i32, names: &str) {
+pub fn refuses(folder: &Path, line: &str, code: i32, names: &str) {
     let output = command(folder, line).output().expect("dapple runs");
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{line}: {stderr}");

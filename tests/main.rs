@@ -5,6 +5,8 @@
 mod tiny;
 
 #[cfg(feature = "cli")]
+mod attach;
+#[cfg(feature = "cli")]
 mod bake;
 #[cfg(feature = "cli")]
 mod browser;

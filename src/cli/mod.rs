@@ -16,6 +16,7 @@ use crate::{Error, Result};
 use effects::Given;
 
 pub mod args;
+pub mod attach;
 pub mod bake;
 pub mod chart;
 pub mod compare;
@@ -24,6 +25,7 @@ pub mod decode;
 pub mod demo;
 pub mod effects;
 pub mod encode;
+pub mod gltf_output;
 pub mod inputs;
 pub mod inspect;
 pub mod interrupt;
@@ -50,6 +52,7 @@ enum Command {
     Demo(demo::Args),
     Encode(encode::Args),
     Bake(bake::Args),
+    Attach(attach::Args),
     Render(render::Args),
     Chart(chart::Args),
     Inspect(inspect::Args),
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Demo(args) => demo::run(&args, &given),
         Command::Encode(args) => encode::run(&args, &given),
         Command::Bake(args) => bake::run(&args, &given),
+        Command::Attach(args) => attach::run(&args),
         Command::Render(args) => render::run(&args, &given),
         Command::Chart(args) => chart::run(&args, &given),
         Command::Inspect(args) => inspect::run(&args),

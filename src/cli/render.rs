@@ -9,6 +9,7 @@ use super::effects::{self, Given};
 use super::inputs::is_dash;
 use super::limits::LimitArgs;
 use super::output::{self, Sink};
+use super::stream;
 use crate::files;
 use crate::measure::reference::{RAYS, mean_of_halves, rtao};
 use crate::points::client::PointsView;
@@ -36,8 +37,8 @@ Examples:
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The stream, `-` for one on standard input; not needed for `--method rtao`, `none`, `path` and
-    /// `direct`.
+    /// The stream, `-` for one on standard input; not needed where the scene's file has one, and for
+    /// `--method rtao`, `none`, `path` and `direct`.
     #[arg(value_name = "STREAM", help_heading = "Arguments")]
     stream: Option<PathBuf>,
     /// The scene that the stream was made for: a glTF file, `-` for one on standard input, or `hall`.
@@ -122,10 +123,14 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     let needs_stream = args.method.is_none_or(Method::needs_stream);
     let path = args.stream.as_deref();
-    if needs_stream && path.is_none() {
-        let text = "name a stream, or choose --method rtao, none, path or direct";
-        return Err(Error::Usage(text.into()));
-    }
+    let path = match needs_stream && path.is_none() {
+        true if stream::has_attached(&args.scene)? => Some(args.scene.as_path()),
+        true => {
+            let text = "name a stream, or choose --method rtao, none, path or direct";
+            return Err(Error::Usage(text.into()));
+        }
+        false => path,
+    };
     let scene = SceneArgs {
         scene: args.scene.clone(),
         gltf_scene: args.gltf_scene.clone(),

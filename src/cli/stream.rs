@@ -1,15 +1,16 @@
 //! Decodes a stream from a file or standard input, in pieces.
 
 use std::fs::File;
-use std::io::{ErrorKind, Read};
+use std::io::{Cursor, ErrorKind, Read, Seek};
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::limits;
 use super::records::RecordScan;
-use crate::codec::container::{CONTAINER_VERSION, PREAMBLE_BYTES};
+use crate::codec::container::{CONTAINER_VERSION, MAGIC, PREAMBLE_BYTES};
 use crate::codec::{self, Decoder, ErrorClass, Event, Limits};
+use crate::scene::{GltfFile, LoadOptions, Scene};
 use crate::{Error, Result};
 
 /// Bytes read at once.
@@ -70,13 +71,39 @@ impl Source {
             path: path.to_path_buf(),
             source,
         };
-        let file = File::open(path).map_err(io)?;
+        let mut file = File::open(path).map_err(io)?;
         let metadata = file.metadata().map_err(io)?;
+        if metadata.is_file() && is_gltf(path, &mut file).map_err(io)? {
+            let stream = attached(path)?.ok_or_else(|| Error::Scene {
+                name: name.clone(),
+                message: "the file is a scene without a stream".into(),
+            })?;
+            return Ok(Source {
+                length: Some(stream.len() as u64),
+                reader: Box::new(Cursor::new(stream)),
+                name,
+            });
+        }
         Ok(Source {
             reader: Box::new(file),
             name,
             length: metadata.is_file().then_some(metadata.len()),
         })
+    }
+
+    /// All bytes.
+    ///
+    /// # Errors
+    /// `Io` where they cannot be read.
+    pub fn read_all(mut self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        match self.reader.read_to_end(&mut bytes) {
+            Ok(_) => Ok(bytes),
+            Err(source) => Err(Error::Io {
+                path: self.name.into(),
+                source,
+            }),
+        }
     }
 
     /// Fills some of `piece` with what comes next, as soon as there is some. 0 at the end.
@@ -96,6 +123,44 @@ impl Source {
             }
         }
     }
+}
+
+/// Whether a file is a glTF file, by its first bytes or by its name.
+fn is_gltf(path: &Path, file: &mut File) -> std::io::Result<bool> {
+    let mut magic = Vec::new();
+    file.take(4).read_to_end(&mut magic)?;
+    file.rewind()?;
+    let is_text = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
+    Ok(magic == b"glTF" || is_text && !MAGIC.starts_with(&magic))
+}
+
+/// The stream in a glTF file (`spec/gltf.md`); `None` where it has none.
+///
+/// # Errors
+/// `Io` and `Scene` where the file cannot be read.
+pub fn attached(path: &Path) -> Result<Option<Vec<u8>>> {
+    let bytes = Scene::read_file(path)?;
+    let options = LoadOptions {
+        colors: false,
+        ..LoadOptions::default()
+    };
+    let failed = |message| Error::Scene {
+        name: name(path),
+        message,
+    };
+    let file = GltfFile::open(&bytes, path.parent(), &options).map_err(failed)?;
+    let stream = file.stream().map_err(failed)?;
+    Ok(stream.map(|stream| stream.into_owned()))
+}
+
+/// Whether a scene is a file that has a stream in it.
+///
+/// # Errors
+/// As [`attached`].
+pub fn has_attached(scene: &Path) -> Result<bool> {
+    Ok(scene.is_file() && attached(scene)?.is_some())
 }
 
 /// The name of a stream in messages.

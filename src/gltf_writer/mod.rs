@@ -5,6 +5,7 @@
 //! - [`attributes`]: values per vertex as `_AO`, and per instance for `EXT_mesh_gpu_instancing`.
 //! - `colors`: values multiplied into `COLOR_0`.
 //! - `occlusion`: values as a texture, drawn by `raster`.
+//! - [`stream`]: a whole stream.
 //!
 //! Whatever the file has beyond that stays as it was, what this program does not understand included.
 
@@ -14,6 +15,7 @@ pub mod document;
 pub mod json;
 mod occlusion;
 mod raster;
+pub mod stream;
 #[cfg(test)]
 mod tests;
 

@@ -11,7 +11,7 @@ const EXTRAS: &str = r#"{"note":"kept","number":1.10e-2,"list":[ 1 , 2 ]}"#;
 
 /// A square of four vertices that three nodes use, of which the last is in another scene. It has colours
 /// of 16 bits, texture coordinates, and things that nobody knows.
-fn square() -> (Value, Vec<u8>) {
+pub(super) fn square() -> (Value, Vec<u8>) {
     let mut data = Vec::new();
     for [x, z] in [[0.0f32, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]] {
         data.extend([x, 0.0, z].iter().flat_map(|f| f.to_le_bytes()));
@@ -60,7 +60,7 @@ fn square() -> (Value, Vec<u8>) {
     (document, data)
 }
 
-fn glb(document: &Value, data: &[u8]) -> Vec<u8> {
+pub(super) fn glb(document: &Value, data: &[u8]) -> Vec<u8> {
     let mut text = document.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let mut out = b"glTF".to_vec();
@@ -139,7 +139,7 @@ impl Read<'_> {
 }
 
 /// What the writer may change is taken out of both files; the rest has to be equal.
-fn without_changes(json: &Value) -> Value {
+pub(super) fn without_changes(json: &Value) -> Value {
     let mut json = json.clone();
     for array in ["accessors", "bufferViews", "buffers"] {
         json[array] = Value::Null;

@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Affine3A, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
-pub use gltf::{Elements, File as GltfFile, uri_paths};
+pub use gltf::{Elements, File as GltfFile, STREAM_EXTENSION, uri_paths};
 pub use size::length_scale;
 pub use surface::Surface;
 

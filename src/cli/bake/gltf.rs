@@ -1,14 +1,13 @@
 //! `--gltf`: values in a copy of the scene.
 
-use super::super::{inputs, output};
+use super::super::gltf_output::GltfOutput;
+use super::super::output;
 use super::source::Source;
 use crate::bake::Baked;
-use crate::files::NewFile;
 use crate::gltf_writer::{self, Options, Target};
 use crate::scene::{GltfFile, LoadOptions, Scene};
 use crate::{Error, Result};
 use serde::Serialize;
-use std::io::Write;
 use std::path::PathBuf;
 
 #[derive(Clone, Debug, clap::Args)]
@@ -29,10 +28,7 @@ pub struct GltfArgs {
 
 /// Outputs that were started.
 pub struct Gltf {
-    path: PathBuf,
-    file: NewFile,
-    /// The buffer beside a .gltf, and its name.
-    buffer: Option<(NewFile, String)>,
+    output: GltfOutput,
     options: Options,
 }
 
@@ -60,26 +56,8 @@ impl GltfArgs {
         let Some(path) = self.gltf.as_deref().filter(|_| source.file.is_some()) else {
             return Ok(None);
         };
-        let extension = path.extension().unwrap_or_default();
-        let is_text = extension.eq_ignore_ascii_case("gltf");
-        if inputs::is_dash(path) || !(is_text || extension.eq_ignore_ascii_case("glb")) {
-            return Err(Error::Usage(format!(
-                "{}: name a file that ends with .glb or .gltf",
-                path.display()
-            )));
-        }
-        let buffer = match is_text {
-            true => {
-                let path = path.with_extension("bin");
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                Some((NewFile::create(&path)?, name.into_owned()))
-            }
-            false => None,
-        };
         Ok(Some(Gltf {
-            path: path.to_owned(),
-            file: NewFile::create(path)?,
-            buffer,
+            output: GltfOutput::create(path)?,
             options: Options {
                 target: self.into,
                 texture_side: self.texture_size,
@@ -93,7 +71,7 @@ impl Gltf {
     ///
     /// # Errors
     /// `Scene` for a source that cannot be taken apart, `Io` where the copy cannot be written.
-    pub fn write(mut self, source: &Source, scene: &Scene, baked: &Baked) -> Result<GltfFigures> {
+    pub fn write(self, source: &Source, scene: &Scene, baked: &Baked) -> Result<GltfFigures> {
         let Some(file) = &source.file else {
             return Ok(GltfFigures::default());
         };
@@ -106,32 +84,22 @@ impl Gltf {
         let opened = opened.map_err(failed)?;
         let (document, written) =
             gltf_writer::write(&opened, scene, baked, self.options).map_err(failed)?;
+        let path = self.output.path();
         for text in document.warnings.iter().chain(&written.notes) {
-            output::warn(&format!("{}: {text}", self.path.display()));
+            output::warn(&format!("{}: {text}", path.display()));
         }
         if written.replaced {
             output::warn(&format!(
                 "{}: attributes {} that the scene had were replaced",
-                self.path.display(),
+                path.display(),
                 gltf_writer::NAME
             ));
         }
-        let bytes = match self.buffer.take() {
-            None => {
-                let bytes = document.to_glb()?;
-                put(self.file, &bytes)?;
-                bytes.len()
-            }
-            Some((file, name)) => {
-                let (text, buffer) = document.to_gltf(&name);
-                put(file, &buffer)?;
-                put(self.file, text.as_bytes())?;
-                text.len() + buffer.len()
-            }
-        };
+        let path = path.display().to_string();
+        let bytes = self.output.write(document)?;
         Ok(GltfFigures {
-            file: self.path.display().to_string(),
-            bytes: bytes as u64,
+            file: path,
+            bytes,
             source_bytes: source.size(),
             instances: written.instances,
             mesh_copies: written.copies,
@@ -140,9 +108,4 @@ impl Gltf {
             gpu_instances: written.gpu_instances,
         })
     }
-}
-
-fn put(mut file: NewFile, bytes: &[u8]) -> Result<()> {
-    file.write_all(bytes).map_err(|e| file.error(e))?;
-    file.finish()
 }

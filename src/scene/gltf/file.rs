@@ -10,6 +10,9 @@ use std::path::Path;
 
 pub(crate) use container::{CHUNK_BIN, CHUNK_JSON, MAGIC};
 
+/// The extension by which a file has a stream in it (`spec/gltf.md`).
+pub const STREAM_EXTENSION: &str = "DAPPLE_stream";
+
 /// A glTF file in memory.
 pub struct File<'a> {
     bytes: &'a [u8],
@@ -63,6 +66,33 @@ impl<'a> File<'a> {
     /// A sentence where they cannot be read.
     pub fn resolve(&self, uri: &str, what: &str) -> Read<Vec<u8>> {
         buffers::resolve(uri, self.folder, what)
+    }
+
+    /// The stream in the file; `None` where it has none.
+    ///
+    /// # Errors
+    /// A sentence where it cannot be read.
+    pub fn stream(&self) -> Read<Option<Cow<'_, [u8]>>> {
+        let extensions = self.document.root.extensions.as_ref();
+        let Some(extension) = extensions.and_then(|e| e.others.get(STREAM_EXTENSION)) else {
+            return Ok(None);
+        };
+        let index = |value: &serde_json::Value| u32::try_from(value.as_u64()?).ok();
+        match (extension.get("bufferView"), extension.get("uri")) {
+            (Some(view), None) => {
+                let view = index(view)
+                    .ok_or_else(|| format!("the buffer view of {STREAM_EXTENSION} is no index"))?;
+                let (bytes, _) = self.document.view(json::Index::new(view))?;
+                Ok(Some(Cow::Borrowed(bytes)))
+            }
+            (None, Some(serde_json::Value::String(uri))) => {
+                let bytes = self.resolve(uri, "the stream")?;
+                Ok(Some(Cow::Owned(bytes)))
+            }
+            _ => Err(format!(
+                "{STREAM_EXTENSION} names neither a buffer view nor a URI, or both"
+            )),
+        }
     }
 
     /// The elements of an accessor; `what` names it in messages.

@@ -32,7 +32,7 @@ mod transparency;
 mod views;
 
 pub use buffers::uri_paths;
-pub use file::{Elements, File};
+pub use file::{Elements, File, STREAM_EXTENSION};
 
 use super::{LoadOptions, Scene};
 use crate::{Error, Result};
@@ -54,7 +54,8 @@ const SHARED_ELEMENTS: usize = 1 << 20;
 const MAX_WARNINGS: usize = 64;
 
 /// Extensions that are honoured. All others have no effect and give a warning.
-const HONOURED: [&str; 11] = [
+const HONOURED: [&str; 12] = [
+    STREAM_EXTENSION,
     "EXT_mesh_gpu_instancing",
     meshopt::NAMES[0],
     "EXT_texture_webp",
