@@ -17,15 +17,18 @@ pub fn folder() -> PathBuf {
 pub fn modules() -> Vec<(String, String)> {
     let root = folder();
     let mut modules = Vec::new();
-    for accessor in generate::ACCESSORS {
-        let mut together = String::new();
-        for model in generate::MODELS {
+    for model in generate::MODELS {
+        for accessor in generate::accessors(model) {
             let name = format!("embed/shaders/wgsl/examples/{model}.wgsl with {accessor}");
             modules.push((name, generate::example(&root, model, accessor)));
-            for part in [format!("{model}.wgsl"), format!("{model}_{accessor}.wgsl")] {
-                together += &generate::read(&root, &part);
-            }
         }
+    }
+    for accessor in ["buffers", "textures"] {
+        let part = |model| {
+            let sampler = generate::read(&root, &format!("{model}.wgsl"));
+            sampler + &generate::read(&root, &format!("{model}_{accessor}.wgsl"))
+        };
+        let together = generate::MODELS.map(part).concat();
         modules.push((format!("all samplers with {accessor}"), together));
     }
     modules

@@ -49,7 +49,7 @@ pub(crate) fn queries(vector: &Vector, track: u32) -> Vec<(usize, &ProbesQuery)>
     queries.filter(|(_, query)| query.track == track).collect()
 }
 
-fn place(query: &ProbesQuery) -> Surface {
+pub(crate) fn place(query: &ProbesQuery) -> Surface {
     let unit = |v: [i32; 3]| DVec3::from(v.map(f64::from)).normalize().as_vec3();
     Surface {
         position: query.position.map(|v| v as f32 * POSITION_UNIT),

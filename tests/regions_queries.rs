@@ -83,7 +83,7 @@ fn ask(
 
 /// Answers of a sampler to all queries of all vectors must lie in their intervals. It gets the regions of a
 /// track, and place, normal and region of each query.
-fn hold(mut sampler: impl FnMut(&Regions, &[(Vec3, Vec3, usize)]) -> Vec<f32>) {
+pub(crate) fn hold(mut sampler: impl FnMut(&Regions, &[(Vec3, Vec3, usize)]) -> Vec<f32>) {
     for vector in vectors() {
         let decoder = reference::decoded(&vector.bytes).expect("a valid stream with its end");
         for live in decoder.tracks() {

@@ -12,7 +12,7 @@ use dapple_conformance::reference;
 use dapple_conformance::vector::{self, Kind, Vector};
 
 /// Checks what `sample` answers to the questions of every vector.
-fn answer_all(sample: impl Fn(&[Question], &State) -> Vec<f32>) {
+pub(crate) fn answer_all(sample: impl Fn(&[Question], &State) -> Vec<f32>) {
     let mut vectors = vector::load(&vector::folder()).expect("the vectors");
     vectors.retain(|vector| vector.kind == Kind::Queries && vector.area == "vertices");
     assert!(vectors.len() >= 4, "{} vectors", vectors.len());

@@ -2,14 +2,15 @@
 //!
 //! [`sh`] is the basis, [`ggx`] the glossy lobe in it, [`dering`] what keeps light from going
 //! negative, [`lattice`] where the probes stand, [`visibility`] how far they see. Server: `volume` ->
-//! `server` -> `source`. Client: [`client`] -> [`sample`].
+//! `server` -> `source`. Client: [`client`] -> [`sample`],
+//! or [`pack`] for smaller textures.
 
 pub mod client;
 pub mod dering;
-#[cfg(feature = "encode")]
 pub mod fidelity;
 pub mod ggx;
 pub mod lattice;
+pub mod pack;
 pub mod sample;
 #[cfg(feature = "encode")]
 pub mod server;

@@ -9,14 +9,19 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, ShaderStage};
 
 pub const MODELS: [&str; 5] = ["points", "probes", "vertices", "instances", "regions"];
-/// How the arrays come.
-pub const ACCESSORS: [&str; 2] = ["buffers", "textures"];
+/// How the arrays of a model can come.
+pub fn accessors(model: &str) -> &'static [&'static str] {
+    match model {
+        "probes" => &["buffers", "textures", "packed"],
+        _ => &["buffers", "textures"],
+    }
+}
 
-/// A language, and how the arrays come in it.
+/// A language.
 struct Target {
     folder: &'static str,
     extension: &'static str,
-    accessors: &'static [&'static str],
+    has_buffers: bool,
     write: fn(&Module, &ModuleInfo) -> String,
     /// What the file needs before it.
     needs: &'static str,
@@ -26,21 +31,21 @@ const TARGETS: [Target; 5] = [
     Target {
         folder: "glsl450",
         extension: "glsl",
-        accessors: &ACCESSORS,
+        has_buffers: true,
         write: |module, info| glsl(module, info, glsl::Version::Desktop(450)),
         needs: "`#version 450`",
     },
     Target {
         folder: "glsl310es",
         extension: "glsl",
-        accessors: &ACCESSORS,
+        has_buffers: true,
         write: |module, info| glsl(module, info, glsl::Version::new_gles(310)),
         needs: "`#version 310 es` and `precision highp` for float and int",
     },
     Target {
         folder: "glsl300es",
         extension: "glsl",
-        accessors: &["textures"],
+        has_buffers: false,
         write: |module, info| {
             let version = glsl::Version::Embedded {
                 version: 300,
@@ -53,14 +58,14 @@ const TARGETS: [Target; 5] = [
     Target {
         folder: "hlsl",
         extension: "hlsl",
-        accessors: &ACCESSORS,
+        has_buffers: true,
         write: hlsl,
         needs: "shader model 5.1",
     },
     Target {
         folder: "msl",
         extension: "metal",
-        accessors: &ACCESSORS,
+        has_buffers: true,
         write: msl,
         needs: "Metal 2.1; what a function reads is passed to it",
     },
@@ -100,7 +105,10 @@ pub fn all(root: &Path) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     for model in MODELS {
         for target in &TARGETS {
-            for accessor in target.accessors {
+            for accessor in accessors(model) {
+                if *accessor == "buffers" && !target.has_buffers {
+                    continue;
+                }
                 let source = example(root, model, accessor);
                 let (module, info) = parse(&source);
                 let text = (target.write)(&module, &info);
