@@ -265,7 +265,7 @@ fn include(text: &str, model: &str, accessors: &[&str], guarded: bool) -> String
             continue;
         } else if is_resource {
             resources.push(item);
-        } else if guarded && accessors.iter().any(|name| of(&name)) {
+        } else if guarded && accessors.iter().any(of) {
             let signature = item.split('{').next().unwrap_or_default().trim_end();
             prototypes.push(format!("{signature};"));
             resources.push(item);
