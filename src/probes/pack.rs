@@ -125,7 +125,7 @@ mod tests {
         for exact in [
             Vec3::ZERO,
             Vec3::ONE,
-            Vec3::new(0.5, 256.0, 1.0),
+            Vec3::new(2.0, 256.0, 1.0),
             Vec3::splat(LARGEST),
         ] {
             assert_eq!(from_rgb9e5(rgb9e5(exact)), exact);

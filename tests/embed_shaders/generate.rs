@@ -60,7 +60,7 @@ const TARGETS: [Target; 5] = [
         extension: "hlsl",
         has_buffers: true,
         write: hlsl,
-        needs: "shader model 5.1",
+        needs: "shader model 5.0",
     },
     Target {
         folder: "msl",
@@ -139,6 +139,22 @@ fn functions(text: &str) -> Vec<&str> {
     lines.filter_map(|rest| rest.split('(').next()).collect()
 }
 
+/// Number of a binding in GLSL, where there may be as few as 8 of storage buffers and 16 of textures: arrays from 0,
+/// then the planes of `probes`.
+fn slot(binding: u32) -> u8 {
+    let slot = match binding {
+        1..=5 => binding + 2,
+        7..=15 => binding + 5,
+        32..=34 => binding - 32,
+        40 => 8,
+        48 => 9,
+        56 | 57 => binding - 46,
+        // Not in the file: the sampler, which GLSL has with its textures, and what the example binds.
+        _ => 255,
+    };
+    slot as u8
+}
+
 fn glsl(module: &Module, info: &ModuleInfo, version: glsl::Version) -> String {
     let mut options = glsl::Options {
         version,
@@ -151,11 +167,10 @@ fn glsl(module: &Module, info: &ModuleInfo, version: glsl::Version) -> String {
         let (Some(binding), Some(name)) = (&global.binding, &global.name) else {
             continue;
         };
-        let number = u8::try_from(binding.binding).expect("a small number");
         if !matches!(version, glsl::Version::Embedded { version: 300, .. }) {
-            options.binding_map.insert(*binding, number);
+            options.binding_map.insert(*binding, slot(binding.binding));
         }
-        let generated = format!("_group_{}_binding_{number}_fs", binding.group);
+        let generated = format!("_group_{}_binding_{}_fs", binding.group, binding.binding);
         names.push((generated, name.clone()));
     }
     let pipeline = glsl::PipelineOptions {
@@ -186,7 +201,8 @@ fn hlsl(module: &Module, info: &ModuleInfo) -> String {
     for (_, global) in module.global_variables.iter() {
         if let Some(binding) = global.binding {
             let target = hlsl::BindTarget {
-                space: binding.group as u8,
+                // Direct3D 11 has one space.
+                space: 0,
                 register: binding.binding,
                 ..Default::default()
             };
@@ -260,7 +276,7 @@ fn include(text: &str, model: &str, accessors: &[&str], guarded: bool) -> String
         let of = |name: &&str| first.contains(&format!(" {name}("));
         let is_function = first.contains('(') && item.ends_with('}') && item.contains("\n");
         if first.contains("dapple_probes_filtering = nagaSamplerHeap") {
-            resources.push("SamplerState dapple_probes_filtering : register(s6, space1);".into());
+            resources.push("SamplerState dapple_probes_filtering : register(s6);".into());
         } else if is_example || is_resource && !item.contains("dapple_") {
             continue;
         } else if is_resource {

@@ -12,7 +12,7 @@ const uint DAPPLE_INSTANCES_NO_ENTRY = 4294967295u;
 
 // Define DAPPLE_INSTANCES_CUSTOM to bring these functions.
 #ifndef DAPPLE_INSTANCES_CUSTOM
-layout(std430, binding = 48) readonly buffer dapple_instances_type_5_block_0Fragment { uvec2 dapple_instances_values[]; };
+layout(std430, binding = 9) readonly buffer dapple_instances_type_5_block_0Fragment { uvec2 dapple_instances_values[]; };
 uvec2 dapple_instances_value(uint index) {
     uvec2 _e3 = dapple_instances_values[index];
     return _e3;

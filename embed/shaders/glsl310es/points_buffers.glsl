@@ -36,9 +36,9 @@ const uint DAPPLE_POINTS_CASE_NONE = 2u;
 
 // Define DAPPLE_POINTS_CUSTOM to bring these functions.
 #ifndef DAPPLE_POINTS_CUSTOM
-layout(std430, binding = 33) readonly buffer dapple_points_type_7_block_0Fragment { uint dapple_points_buckets[][8]; };
-layout(std430, binding = 34) readonly buffer dapple_points_type_7_block_1Fragment { uint dapple_points_cells[][8]; };
-layout(std430, binding = 32) readonly buffer dapple_points_type_9_block_2Fragment { DapplePointsTrack dapple_points_tracks[]; };
+layout(std430, binding = 1) readonly buffer dapple_points_type_7_block_0Fragment { uint dapple_points_buckets[][8]; };
+layout(std430, binding = 2) readonly buffer dapple_points_type_7_block_1Fragment { uint dapple_points_cells[][8]; };
+layout(std430, binding = 0) readonly buffer dapple_points_type_9_block_2Fragment { DapplePointsTrack dapple_points_tracks[]; };
 uint dapple_points_bucket(uint bucket, uint entry) {
     uint _e5 = dapple_points_buckets[bucket][entry];
     return _e5;

@@ -36,9 +36,9 @@ const uint DAPPLE_POINTS_CASE_NONE = 2u;
 
 // Define DAPPLE_POINTS_CUSTOM to bring these functions.
 #ifndef DAPPLE_POINTS_CUSTOM
-layout(binding = 33) uniform highp usampler2D dapple_points_buckets;
-layout(binding = 34) uniform highp usampler2D dapple_points_cells;
-layout(binding = 32) uniform highp usampler2D dapple_points_tracks;
+layout(binding = 1) uniform highp usampler2D dapple_points_buckets;
+layout(binding = 2) uniform highp usampler2D dapple_points_cells;
+layout(binding = 0) uniform highp usampler2D dapple_points_tracks;
 uint dapple_points_bucket(uint bucket, uint entry) {
     uint width = uvec2(textureSize(dapple_points_buckets, 0).xy).x;
     uint at = ((2u * bucket) + (entry / 4u));

@@ -16,8 +16,8 @@ struct DappleRegionsSet {
 
 // Define DAPPLE_REGIONS_CUSTOM to bring these functions.
 #ifndef DAPPLE_REGIONS_CUSTOM
-layout(binding = 57) uniform highp usampler2D dapple_regions_pairs;
-layout(binding = 56) uniform highp usampler2D dapple_regions_regions;
+layout(binding = 11) uniform highp usampler2D dapple_regions_pairs;
+layout(binding = 10) uniform highp usampler2D dapple_regions_regions;
 uint dapple_regions_pair(uint index) {
     uint width = uvec2(textureSize(dapple_regions_pairs, 0).xy).x;
     uvec4 _e9 = texelFetch(dapple_regions_pairs, ivec2(uvec2((index % width), (index / width))), 0);

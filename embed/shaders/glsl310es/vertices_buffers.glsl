@@ -9,7 +9,7 @@ struct DappleVerticesMesh {
 
 // Define DAPPLE_VERTICES_CUSTOM to bring these functions.
 #ifndef DAPPLE_VERTICES_CUSTOM
-layout(std430, binding = 40) readonly buffer dapple_vertices_type_2_block_0Fragment { uint dapple_vertices_values[]; };
+layout(std430, binding = 8) readonly buffer dapple_vertices_type_2_block_0Fragment { uint dapple_vertices_values[]; };
 uint dapple_vertices_value(uint index) {
     uint _e5 = dapple_vertices_values[(index / 4u)];
     return ((_e5 >> (8u * (index % 4u))) & 255u);

@@ -9,7 +9,7 @@ struct DappleVerticesMesh {
 
 // Define DAPPLE_VERTICES_CUSTOM to bring these functions.
 #ifndef DAPPLE_VERTICES_CUSTOM
-layout(binding = 40) uniform highp usampler2D dapple_vertices_values;
+layout(binding = 8) uniform highp usampler2D dapple_vertices_values;
 uint dapple_vertices_value(uint index) {
     uint width = uvec2(textureSize(dapple_vertices_values, 0).xy).x;
     uvec4 _e9 = texelFetch(dapple_vertices_values, ivec2(uvec2((index % width), (index / width))), 0);

@@ -12,7 +12,7 @@ const uint DAPPLE_INSTANCES_NO_ENTRY = 4294967295u;
 
 // Define DAPPLE_INSTANCES_CUSTOM to bring these functions.
 #ifndef DAPPLE_INSTANCES_CUSTOM
-layout(binding = 48) uniform usampler2D dapple_instances_values;
+layout(binding = 9) uniform usampler2D dapple_instances_values;
 uvec2 dapple_instances_value(uint index) {
     uint width = uvec2(textureSize(dapple_instances_values, 0).xy).x;
     uvec4 _e9 = texelFetch(dapple_instances_values, ivec2(uvec2((index % width), (index / width))), 0);

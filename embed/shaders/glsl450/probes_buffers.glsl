@@ -31,18 +31,18 @@ const vec3 DAPPLE_PROBES_COSINE = vec3(3.1415927, 2.0943952, 0.7853982);
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 7) uniform sampler3D dapple_probes_plane_a;
-layout(binding = 8) uniform sampler3D dapple_probes_plane_b;
-layout(binding = 9) uniform sampler3D dapple_probes_plane_c;
-layout(binding = 10) uniform sampler3D dapple_probes_plane_d;
-layout(binding = 11) uniform sampler3D dapple_probes_plane_e;
-layout(binding = 12) uniform sampler3D dapple_probes_plane_f;
-layout(binding = 13) uniform sampler3D dapple_probes_plane_g;
-layout(std430, binding = 2) readonly buffer dapple_probes_type_8_block_0Fragment { uint dapple_probes_presence[]; };
-layout(std430, binding = 3) readonly buffer dapple_probes_type_8_block_1Fragment { uint dapple_probes_blocks[]; };
-layout(std430, binding = 1) readonly buffer dapple_probes_type_13_block_2Fragment { uvec2 dapple_probes_texels[]; };
-layout(std430, binding = 4) readonly buffer dapple_probes_type_14_block_3Fragment { vec4 dapple_probes_lobes[]; };
-layout(std430, binding = 5) readonly buffer dapple_probes_type_15_block_4Fragment { vec2 dapple_probes_environments[]; };
+layout(binding = 12) uniform sampler3D dapple_probes_plane_a;
+layout(binding = 13) uniform sampler3D dapple_probes_plane_b;
+layout(binding = 14) uniform sampler3D dapple_probes_plane_c;
+layout(binding = 15) uniform sampler3D dapple_probes_plane_d;
+layout(binding = 16) uniform sampler3D dapple_probes_plane_e;
+layout(binding = 17) uniform sampler3D dapple_probes_plane_f;
+layout(binding = 18) uniform sampler3D dapple_probes_plane_g;
+layout(std430, binding = 4) readonly buffer dapple_probes_type_8_block_0Fragment { uint dapple_probes_presence[]; };
+layout(std430, binding = 5) readonly buffer dapple_probes_type_8_block_1Fragment { uint dapple_probes_blocks[]; };
+layout(std430, binding = 3) readonly buffer dapple_probes_type_13_block_2Fragment { uvec2 dapple_probes_texels[]; };
+layout(std430, binding = 6) readonly buffer dapple_probes_type_14_block_3Fragment { vec4 dapple_probes_lobes[]; };
+layout(std430, binding = 7) readonly buffer dapple_probes_type_15_block_4Fragment { vec2 dapple_probes_environments[]; };
 vec4[7] dapple_probes_filtered(vec3 uvw) {
     vec4 _e4 = textureLod(dapple_probes_plane_a, vec3(uvw), 0.0);
     vec4 _e8 = textureLod(dapple_probes_plane_b, vec3(uvw), 0.0);

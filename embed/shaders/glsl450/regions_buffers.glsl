@@ -16,8 +16,8 @@ struct DappleRegionsSet {
 
 // Define DAPPLE_REGIONS_CUSTOM to bring these functions.
 #ifndef DAPPLE_REGIONS_CUSTOM
-layout(std430, binding = 57) readonly buffer dapple_regions_type_3_block_0Fragment { uint dapple_regions_pairs[]; };
-layout(std430, binding = 56) readonly buffer dapple_regions_type_4_block_1Fragment { DappleRegionsRegion dapple_regions_regions[]; };
+layout(std430, binding = 11) readonly buffer dapple_regions_type_3_block_0Fragment { uint dapple_regions_pairs[]; };
+layout(std430, binding = 10) readonly buffer dapple_regions_type_4_block_1Fragment { DappleRegionsRegion dapple_regions_regions[]; };
 uint dapple_regions_pair(uint index) {
     uint _e3 = dapple_regions_pairs[index];
     return _e3;

@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/instances.wgsl` and `instances_buffers.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleInstancesTable {
     float3 centre;
@@ -15,7 +15,7 @@ static const uint DAPPLE_INSTANCES_NO_ENTRY = 4294967295u;
 
 // Define DAPPLE_INSTANCES_CUSTOM to bring these functions.
 #ifndef DAPPLE_INSTANCES_CUSTOM
-ByteAddressBuffer dapple_instances_values : register(t48, space1);
+ByteAddressBuffer dapple_instances_values : register(t48);
 uint2 dapple_instances_value(uint index)
 {
     uint2 _e3 = asuint(dapple_instances_values.Load2(index*8));

@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/instances.wgsl` and `instances_textures.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleInstancesTable {
     float3 centre;
@@ -27,7 +27,7 @@ uint2 dapple_instances_NagaDimensions2D(Texture2D<uint4> tex)
 
 // Define DAPPLE_INSTANCES_CUSTOM to bring these functions.
 #ifndef DAPPLE_INSTANCES_CUSTOM
-Texture2D<uint4> dapple_instances_values : register(t48, space1);
+Texture2D<uint4> dapple_instances_values : register(t48);
 uint2 dapple_instances_value(uint index)
 {
     uint width = dapple_instances_NagaDimensions2D(dapple_instances_values).x;

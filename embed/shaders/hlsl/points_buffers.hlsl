@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/points.wgsl` and `points_buffers.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DapplePointsTrack {
     uint first_bucket;
@@ -72,9 +72,9 @@ DapplePointsTrack dapple_points_ConstructDapplePointsTrack(uint arg0, uint arg1,
 
 // Define DAPPLE_POINTS_CUSTOM to bring these functions.
 #ifndef DAPPLE_POINTS_CUSTOM
-ByteAddressBuffer dapple_points_buckets : register(t33, space1);
-ByteAddressBuffer dapple_points_cells : register(t34, space1);
-ByteAddressBuffer dapple_points_tracks : register(t32, space1);
+ByteAddressBuffer dapple_points_buckets : register(t33);
+ByteAddressBuffer dapple_points_cells : register(t34);
+ByteAddressBuffer dapple_points_tracks : register(t32);
 uint dapple_points_bucket(uint bucket, uint entry)
 {
     uint _e5 = asuint(dapple_points_buckets.Load(entry*4+bucket*32));

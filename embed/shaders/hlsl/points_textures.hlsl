@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/points.wgsl` and `points_textures.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DapplePointsTrack {
     uint first_bucket;
@@ -65,9 +65,9 @@ int3 dapple_points_naga_f2i32(float3 value) {
 
 // Define DAPPLE_POINTS_CUSTOM to bring these functions.
 #ifndef DAPPLE_POINTS_CUSTOM
-Texture2D<uint4> dapple_points_buckets : register(t33, space1);
-Texture2D<uint4> dapple_points_cells : register(t34, space1);
-Texture2D<uint4> dapple_points_tracks : register(t32, space1);
+Texture2D<uint4> dapple_points_buckets : register(t33);
+Texture2D<uint4> dapple_points_cells : register(t34);
+Texture2D<uint4> dapple_points_tracks : register(t32);
 uint dapple_points_bucket(uint bucket, uint entry)
 {
     uint width = dapple_points_NagaDimensions2D(dapple_points_buckets).x;

@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/probes.wgsl` and `probes_buffers.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleProbesVolume {
     row_major float4x3 grid_from_world;
@@ -83,19 +83,19 @@ DappleProbesIncomingLight dapple_probes_ConstructDappleProbesIncomingLight(float
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-Texture3D<float4> dapple_probes_plane_a : register(t7, space1);
-SamplerState dapple_probes_filtering : register(s6, space1);
-Texture3D<float4> dapple_probes_plane_b : register(t8, space1);
-Texture3D<float4> dapple_probes_plane_c : register(t9, space1);
-Texture3D<float4> dapple_probes_plane_d : register(t10, space1);
-Texture3D<float4> dapple_probes_plane_e : register(t11, space1);
-Texture3D<float4> dapple_probes_plane_f : register(t12, space1);
-Texture3D<float4> dapple_probes_plane_g : register(t13, space1);
-ByteAddressBuffer dapple_probes_presence : register(t2, space1);
-ByteAddressBuffer dapple_probes_blocks : register(t3, space1);
-ByteAddressBuffer dapple_probes_texels : register(t1, space1);
-ByteAddressBuffer dapple_probes_lobes : register(t4, space1);
-ByteAddressBuffer dapple_probes_environments : register(t5, space1);
+Texture3D<float4> dapple_probes_plane_a : register(t7);
+SamplerState dapple_probes_filtering : register(s6);
+Texture3D<float4> dapple_probes_plane_b : register(t8);
+Texture3D<float4> dapple_probes_plane_c : register(t9);
+Texture3D<float4> dapple_probes_plane_d : register(t10);
+Texture3D<float4> dapple_probes_plane_e : register(t11);
+Texture3D<float4> dapple_probes_plane_f : register(t12);
+Texture3D<float4> dapple_probes_plane_g : register(t13);
+ByteAddressBuffer dapple_probes_presence : register(t2);
+ByteAddressBuffer dapple_probes_blocks : register(t3);
+ByteAddressBuffer dapple_probes_texels : register(t1);
+ByteAddressBuffer dapple_probes_lobes : register(t4);
+ByteAddressBuffer dapple_probes_environments : register(t5);
 ret_dapple_probes_filtered dapple_probes_filtered(float3 uvw)
 {
     float4 _e4 = dapple_probes_plane_a.SampleLevel(dapple_probes_filtering, uvw, 0.0);

@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/probes.wgsl` and `probes_packed.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleProbesVolume {
     row_major float4x3 grid_from_world;
@@ -92,20 +92,20 @@ DappleProbesIncomingLight dapple_probes_ConstructDappleProbesIncomingLight(float
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-Texture3D<float4> dapple_probes_light_a : register(t7, space1);
-SamplerState dapple_probes_filtering : register(s6, space1);
-Texture3D<float4> dapple_probes_light_b : register(t8, space1);
-Texture3D<float4> dapple_probes_light_c : register(t9, space1);
-Texture3D<float4> dapple_probes_light_d : register(t10, space1);
-Texture3D<float4> dapple_probes_light_e : register(t11, space1);
-Texture3D<float4> dapple_probes_light_f : register(t12, space1);
-Texture3D<float4> dapple_probes_light_g : register(t13, space1);
-Texture3D<float4> dapple_probes_light_h : register(t14, space1);
-Texture3D<float4> dapple_probes_light_i : register(t15, space1);
-Texture2D<uint4> dapple_probes_presence : register(t2, space1);
-Texture2D<uint4> dapple_probes_blocks : register(t3, space1);
-Texture2D<float4> dapple_probes_lobes : register(t4, space1);
-Texture2D<float4> dapple_probes_environments : register(t5, space1);
+Texture3D<float4> dapple_probes_light_a : register(t7);
+SamplerState dapple_probes_filtering : register(s6);
+Texture3D<float4> dapple_probes_light_b : register(t8);
+Texture3D<float4> dapple_probes_light_c : register(t9);
+Texture3D<float4> dapple_probes_light_d : register(t10);
+Texture3D<float4> dapple_probes_light_e : register(t11);
+Texture3D<float4> dapple_probes_light_f : register(t12);
+Texture3D<float4> dapple_probes_light_g : register(t13);
+Texture3D<float4> dapple_probes_light_h : register(t14);
+Texture3D<float4> dapple_probes_light_i : register(t15);
+Texture2D<uint4> dapple_probes_presence : register(t2);
+Texture2D<uint4> dapple_probes_blocks : register(t3);
+Texture2D<float4> dapple_probes_lobes : register(t4);
+Texture2D<float4> dapple_probes_environments : register(t5);
 ret_dapple_probes_unpack dapple_probes_unpack(float3 texels[9])
 {
     float3 l = texels[0];

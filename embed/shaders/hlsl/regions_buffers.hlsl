@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/regions.wgsl` and `regions_buffers.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleRegionsRegion {
     float3 min_;
@@ -35,8 +35,8 @@ DappleRegionsRegion dapple_regions_ConstructDappleRegionsRegion(float3 arg0, uin
 
 // Define DAPPLE_REGIONS_CUSTOM to bring these functions.
 #ifndef DAPPLE_REGIONS_CUSTOM
-ByteAddressBuffer dapple_regions_pairs : register(t57, space1);
-ByteAddressBuffer dapple_regions_regions : register(t56, space1);
+ByteAddressBuffer dapple_regions_pairs : register(t57);
+ByteAddressBuffer dapple_regions_regions : register(t56);
 uint dapple_regions_pair(uint index)
 {
     uint _e3 = asuint(dapple_regions_pairs.Load(index*4));

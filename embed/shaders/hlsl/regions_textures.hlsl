@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/regions.wgsl` and `regions_textures.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleRegionsRegion {
     float3 min_;
@@ -38,8 +38,8 @@ DappleRegionsRegion dapple_regions_ConstructDappleRegionsRegion(float3 arg0, uin
 
 // Define DAPPLE_REGIONS_CUSTOM to bring these functions.
 #ifndef DAPPLE_REGIONS_CUSTOM
-Texture2D<uint4> dapple_regions_pairs : register(t57, space1);
-Texture2D<uint4> dapple_regions_regions : register(t56, space1);
+Texture2D<uint4> dapple_regions_pairs : register(t57);
+Texture2D<uint4> dapple_regions_regions : register(t56);
 uint dapple_regions_pair(uint index)
 {
     uint width = dapple_regions_NagaDimensions2D(dapple_regions_pairs).x;

@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/vertices.wgsl` and `vertices_buffers.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleVerticesMesh {
     uint first;
@@ -15,7 +15,7 @@ uint dapple_vertices_naga_mod(uint lhs, uint rhs) {
 
 // Define DAPPLE_VERTICES_CUSTOM to bring these functions.
 #ifndef DAPPLE_VERTICES_CUSTOM
-ByteAddressBuffer dapple_vertices_values : register(t40, space1);
+ByteAddressBuffer dapple_vertices_values : register(t40);
 uint dapple_vertices_value(uint index)
 {
     uint _e5 = asuint(dapple_vertices_values.Load(dapple_vertices_naga_div(index, 4u)*4));

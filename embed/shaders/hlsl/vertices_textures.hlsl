@@ -1,5 +1,5 @@
 // Generated from `embed/shaders/wgsl/vertices.wgsl` and `vertices_textures.wgsl`.
-// Needs shader model 5.1.
+// Needs shader model 5.0.
 
 struct DappleVerticesMesh {
     uint first;
@@ -21,7 +21,7 @@ uint2 dapple_vertices_NagaDimensions2D(Texture2D<uint4> tex)
 
 // Define DAPPLE_VERTICES_CUSTOM to bring these functions.
 #ifndef DAPPLE_VERTICES_CUSTOM
-Texture2D<uint4> dapple_vertices_values : register(t40, space1);
+Texture2D<uint4> dapple_vertices_values : register(t40);
 uint dapple_vertices_value(uint index)
 {
     uint width = dapple_vertices_NagaDimensions2D(dapple_vertices_values).x;
