@@ -193,10 +193,7 @@ mod tests {
             dims: [1, 1, 1],
             spacing: [1.0; 3],
             exponent: 0,
-            visibility: Visibility {
-                side: 0,
-                range: 0.0,
-            },
+            visibility: Visibility::default(),
             coding: Coding::Raw,
         };
         let track = Track {

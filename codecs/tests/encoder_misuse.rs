@@ -277,6 +277,7 @@ const DECLARATIONS: &[(u16, Before, Call)] = &[
             v.visibility = Visibility {
                 side: 5,
                 range: 1.0,
+                ..Visibility::default()
             }
         })
     }),

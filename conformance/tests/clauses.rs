@@ -211,7 +211,7 @@ fn error_table_is_that_of_the_text() {
 
 #[test]
 fn context_table_is_that_of_the_text_and_the_code() {
-    const SHAPES: [(&str, &[usize]); 8] = [
+    const SHAPES: [(&str, &[usize]); 14] = [
         ("CHANGED", &[2, 4]),
         ("LEVEL_CHANGED", &[]),
         ("LEVEL", &[4, 2]),
@@ -220,6 +220,12 @@ fn context_table_is_that_of_the_text_and_the_code() {
         ("SIGN", &[2, 2, 3]),
         ("PREFIX", &[2, 6, 6]),
         ("SUFFIX", &[2, 6]),
+        ("MAP_CHANGED", &[2, 4]),
+        ("MAP_DEVIATES", &[]),
+        ("MAP_SIGNIFICANT", &[2, 8, 3, 4]),
+        ("MAP_SIGN", &[2, 8, 3]),
+        ("MAP_PREFIX", &[2, 8, 7]),
+        ("MAP_SUFFIX", &[2, 7]),
     ];
     let stated: Vec<u8> = block("196 117")
         .split_ascii_whitespace()

@@ -133,11 +133,14 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
     let part = |line: &str| {
         let hex = text
             .lines()
-            .filter(|l| l.ends_with("; probes of track 1, range coded"));
-        bytes(&hex.filter(|l| l.starts_with(line)).collect::<Vec<_>>())
+            .skip_while(|l| !(l.starts_with(line) && l.ends_with("of track 1, range coded")));
+        bytes(
+            &hex.take_while(|l| !l.starts_with("```") && !l.contains("track 2"))
+                .collect::<Vec<_>>(),
+        )
     };
-    let sections = [part("ff f1"), part("ef")];
-    for (section, said) in sections.iter().zip(["11 bytes, `", "the one byte `"]) {
+    let sections = [part("6b 7f"), part("ef")];
+    for (section, said) in sections.iter().zip(["19 bytes, `", "the one byte `"]) {
         let hex: Vec<String> = section.iter().map(|byte| format!("{byte:02x}")).collect();
         let said = format!("{said}{}`", hex.join(" "));
         assert!(text.contains(&said), "{said}");
@@ -173,7 +176,7 @@ fn the_bits_of_probes_are_those_of_the_bytes() {
     }
     assert!(rows > 60 && sections.next().is_none());
     // As the text says: three bytes beyond the end, and four.
-    assert_eq!(consumed, [11 + 3, 1 + 4]);
+    assert_eq!(consumed, [19 + 3, 1 + 4]);
 }
 
 /// The worked section of regions, bit by bit: contexts and estimates are those of the program of

@@ -116,6 +116,7 @@ export type Track = TrackBase &
                   visibilityRange: number;
                   lumaSteps: number[];
                   chromaSteps: number[];
+                  visibilitySteps: number[];
               };
           }
         | {

@@ -444,6 +444,7 @@ function parameters(model, at, { u32, u32s, i32, f32, floats }) {
                 visibilityRange: f32(at + 80),
                 lumaSteps: u32s(at + 84, 3),
                 chromaSteps: u32s(at + 96, 3),
+                visibilitySteps: [u32(at + 108) & 0xffff, u32(at + 108) >>> 16],
             };
         case 'vertices':
             return {

@@ -177,6 +177,10 @@ pub struct ProbesArgs {
     /// 0 for no map.
     #[arg(long, value_name = "TEXELS", default_value = "16", value_parser = visibility)]
     pub visibility_side: u32,
+    /// What distances in those maps are rounded to, in 1/255 of their range: larger steps take fewer bytes.
+    #[arg(long, value_name = "STEP", default_value = "1",
+        value_parser = clap::value_parser!(u8).range(1..=64))]
+    pub visibility_step: u8,
     /// Whether probes inside geometry are kept.
     #[arg(long, value_name = "WHAT", default_value = "disabled")]
     pub inside: InsideGeometry,

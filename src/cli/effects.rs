@@ -87,6 +87,7 @@ const PROBES_OPTIONS: &[&str] = &[
     "adaptive",
     "warm_up",
     "visibility_side",
+    "visibility_step",
     "coding",
     "sky",
 ];

@@ -164,6 +164,7 @@ impl ProbesArgs {
                 },
                 inside: self.inside,
                 visibility: self.visibility_side,
+                visibility_step: self.visibility_step,
                 seed: seed.into(),
                 ..Default::default()
             },

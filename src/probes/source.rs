@@ -138,6 +138,8 @@ pub struct Source {
     light: Vec<L2>,
     /// As clients have them.
     sent: Vec<Probe>,
+    /// The visibility block as clients have it.
+    maps: Option<Vec<u8>>,
     /// Sums over frames.
     report: Report,
     ticks: u32,
@@ -167,6 +169,7 @@ impl Source {
             visibility: probes::Visibility {
                 side,
                 range: if side > 0 { server.range() } else { 0.0 },
+                steps: map_steps(&request.server, request.packing),
             },
             coding: request.packing.coding(),
         };
@@ -177,6 +180,7 @@ impl Source {
             id,
             light: Vec::new(),
             sent: vec![Probe::ABSENT; place.lattice.count()],
+            maps: None,
             report: Report {
                 probes: place.lattice.count(),
                 ..Report::default()
@@ -250,8 +254,10 @@ impl Source {
     pub fn pack_as(&mut self, packing: Packing) {
         self.packing = packing;
         self.volume.coding = packing.coding();
+        self.volume.visibility.steps = map_steps(self.server.options(), packing);
         self.volume.exponent = exponent(&self.light);
         self.sent.fill(Probe::ABSENT);
+        self.maps = None;
     }
 
     pub fn track(&self) -> codec::Track {
@@ -284,7 +290,7 @@ impl Source {
         Ok((bytes.len() - before) as u64)
     }
 
-    /// The compression of a record without visibility: what is entropy-coded has none to gain.
+    /// The compression of a record: what is entropy-coded has none to gain.
     fn compression(&self, asked: Compression) -> Compression {
         match self.packing {
             Packing::Raw => asked,
@@ -339,9 +345,20 @@ impl Source {
         }
     }
 
-    fn visibility(&self) -> Option<&[u8]> {
+    /// The maps as this frame shall have them. Those of absent probes, which no client looks at, are open
+    /// in the coding `packed`, where they take no bytes.
+    fn next_maps(&self) -> Option<Vec<u8>> {
         let block = self.server.visibility()?;
-        Some(block.texels.as_flattened())
+        let mut maps = block.texels.to_vec();
+        if let Packing::Packed { .. } = self.packing {
+            let size = (block.side * block.side) as usize;
+            for (probe, map) in maps.chunks_mut(size).enumerate() {
+                if !self.server.is_present(probe) {
+                    map.fill([255, 0]);
+                }
+            }
+        }
+        Some(maps.into_flattened())
     }
 }
 
@@ -372,17 +389,15 @@ impl models::Source for Source {
         out: &mut Vec<u8>,
     ) -> Result<()> {
         let probes = self.next();
+        self.maps = self.next_maps();
         let update = Update {
             track: self.id,
             base: &[],
             probes: &probes,
-            visibility: self.visibility(),
+            visibility: self.maps.as_deref(),
         };
         let before = out.len();
-        let packed = match update.visibility {
-            Some(_) => compression,
-            None => self.compression(compression),
-        };
+        let packed = self.compression(compression);
         encoder.probes(out, Coverage::Keyframe, &[update], packed)?;
         if self.report.bytes_first == 0 {
             let bytes = (out.len() - before) as u64;
@@ -397,7 +412,7 @@ impl models::Source for Source {
         Ok(())
     }
 
-    /// The visibility block never changes.
+    /// Probes that changed. In the coding `packed`, maps that did come with them; in `raw` the whole block.
     fn write_delta(
         &mut self,
         encoder: &mut Encoder,
@@ -410,13 +425,14 @@ impl models::Source for Source {
             .zip(&self.sent)
             .filter(|(a, b)| a != b)
             .count();
+        let maps = self.next_maps();
         let before = out.len();
-        if changed > 0 {
+        if changed > 0 || maps != self.maps {
             let update = Update {
                 track: self.id,
                 base: &self.sent,
                 probes: &probes,
-                visibility: None,
+                visibility: maps.as_deref().filter(|_| maps != self.maps),
             };
             let compression = self.compression(compression);
             encoder.probes(out, Coverage::Delta, &[update], compression)?;
@@ -425,16 +441,25 @@ impl models::Source for Source {
         self.delta_bytes += (out.len() - before) as u64;
         self.delta_frames += 1;
         self.sent = probes;
+        self.maps = maps;
         self.compare();
         Ok(())
     }
 
     fn digest(&self, digest: &mut StateDigest) {
-        digest.probes(self.id, None, &self.sent, self.visibility());
+        digest.probes(self.id, None, &self.sent, self.maps.as_deref());
     }
 
     fn report(&self, reports: &mut Reports) {
         reports.probes = Some(self.statistics());
+    }
+}
+
+/// Steps of the codes of distances: those of a server, and none where they are not coded.
+fn map_steps(options: &Options, packing: Packing) -> [u8; 2] {
+    match packing {
+        Packing::Packed { .. } if options.visibility > 0 => [options.visibility_step; 2],
+        _ => [0; 2],
     }
 }
 

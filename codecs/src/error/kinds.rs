@@ -356,7 +356,7 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
     (
         ErrorKind::VolumeVisibility,
         "volume-visibility",
-        "the side or the range of a visibility block is out of bounds",
+        "the side or the range of a visibility block or a step of its codes is out of bounds",
     ),
     (
         ErrorKind::VolumeSteps,
@@ -471,7 +471,7 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
     (
         ErrorKind::ProbeCode,
         "probe-code",
-        "a code of a probe is out of range",
+        "a code of a probe or of a visibility map is out of range",
     ),
     (
         ErrorKind::ProbesEntropy,

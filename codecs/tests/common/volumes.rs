@@ -10,6 +10,9 @@ pub const STEPS: Steps = Steps {
     chroma: [80, 120, 240],
 };
 
+/// Steps of means and deviations in maps.
+pub const MAP_STEPS: [u8; 2] = [3, 20];
+
 pub fn volume(dims: [u16; 3], side: u8, coding: Coding) -> Volume {
     Volume {
         grid_from_mesh: [
@@ -23,6 +26,10 @@ pub fn volume(dims: [u16; 3], side: u8, coding: Coding) -> Volume {
         visibility: Visibility {
             side,
             range: if side > 0 { 7.5 } else { 0.0 },
+            steps: match coding {
+                Coding::Packed(_) if side > 0 => MAP_STEPS,
+                _ => [0; 2],
+            },
         },
         coding,
     }
@@ -82,9 +89,38 @@ impl VolumeFixture {
         }
         self.send_visibility = self.volume.visibility.side > 0 && random.below(3) == 0;
         if self.send_visibility {
-            let bytes = 0..self.volume.visibility_bytes();
-            self.visibility = Some(bytes.map(|_| random.next() as u8).collect());
+            self.change_visibility(random);
         }
+    }
+
+    /// Changes maps: all of them at random, or few, smoothly or texel by texel.
+    fn change_visibility(&mut self, random: &mut Random) {
+        let size = self.volume.visibility_bytes() as usize;
+        let map_bytes = size / self.volume.count();
+        let open = || [255, 0].repeat(size / 2);
+        let mut block = self.visibility.take().unwrap_or_else(open);
+        if random.below(3) == 0 {
+            block.fill_with(|| random.next() as u8);
+        }
+        for map in block.chunks_mut(map_bytes) {
+            let (base, slope) = (random.below(256), random.below(9));
+            let deviates = random.below(3) == 0;
+            match random.below(6) {
+                0 => map.copy_from_slice(&[255, 0].repeat(map_bytes / 2)),
+                1 => {
+                    for (at, texel) in (0..).zip(map.as_chunks_mut::<2>().0) {
+                        let deviation = if deviates { random.next() as u8 / 4 } else { 0 };
+                        *texel = [(base + slope * at).min(255) as u8, deviation];
+                    }
+                }
+                2 => map[random.below(map_bytes as u32) as usize] = random.next() as u8,
+                _ => {}
+            }
+        }
+        if let Coding::Packed(_) = self.volume.coding {
+            self.volume.quantize_visibility(&mut block);
+        }
+        self.visibility = Some(block);
     }
 
     pub fn update(&self) -> Update<'_> {

@@ -153,7 +153,7 @@ def volume_line(said: Volume) -> str:
     dx, dy, dz = said.dims
     return (
         f"volume {said.track_id} {dx} {dy} {dz} {said.exponent} {said.side} "
-        f"{','.join(str(step) for step in said.steps)} "
+        f"{','.join(map(str, said.map_steps))} {','.join(map(str, said.steps))} "
         f"{floats(said.spacing + (said.range,) + said.grid_from_mesh)}"
     )
 

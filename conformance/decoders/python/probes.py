@@ -76,14 +76,8 @@ def read_probes(payload: bytes, base: Base) -> dict[int, Content]:
         section = payload[at : at + size]
         at += size
         before = Content() if keyframe else committed
-        visibility = before.visibility  # [B-011]
-        if flags:
-            if len(section) < track.visibility_bytes:  # [B-013]
-                raise Fault(3101)
-            visibility = section[: track.visibility_bytes]  # [B-061]
-            section = section[track.visibility_bytes :]
         read = read_raw if track.coding == RAW else read_packed
-        contents[track_id] = Content(read(track, section, before), visibility)
+        contents[track_id] = read(track, section, before, bool(flags))
 
     if at != len(payload):  # [B-013]
         raise Fault(3101)
@@ -93,8 +87,14 @@ def read_probes(payload: bytes, base: Base) -> dict[int, Content]:
 # ---- Coding `raw` (section 5) ----
 
 
-def read_raw(track: Volume, section: bytes, before: Content) -> dict[int, Probe]:
-    """The probes that are present after the frame."""
+def read_raw(track: Volume, section: bytes, before: Content, seeing: bool) -> Content:
+    """The content after the frame; `seeing` tells that the section has visibility."""
+    visibility = before.visibility  # [B-011]
+    if seeing:
+        if len(section) < track.visibility_bytes:  # [B-013]
+            raise Fault(3101)
+        visibility = section[: track.visibility_bytes]  # [B-061]
+        section = section[track.visibility_bytes :]
     size = (track.probes + 7) // 8
     if len(section) < 2 * size:  # [B-021]
         raise Fault(3101)
@@ -120,7 +120,7 @@ def read_raw(track: Volume, section: bytes, before: Content) -> dict[int, Probe]
             after[index] = Probe(3, tuple(values))
         elif changed >> index & 1:
             after.pop(index, None)
-    return after
+    return Content(after, visibility)
 
 
 # ---- Coding `packed`: its bits (section 6.2) ----
@@ -165,6 +165,12 @@ SOME = Contexts(2, 6, 4)
 AGAINST = Contexts(2, 2, 3)
 LONGER = Contexts(2, 6, 6)
 SECOND = Contexts(2, 6)
+MAP_CHANGED = Contexts(2, 4)
+MAP_DEVIATES = Contexts()
+MAP_SIGNIFICANT = Contexts(2, 8, 3, 4)
+MAP_SIGN = Contexts(2, 8, 3)
+MAP_PREFIX = Contexts(2, 8, 7)
+MAP_SUFFIX = Contexts(2, 7)
 
 # The numbers b at the start, in the order of the families.
 STARTS = bytes(
@@ -186,10 +192,33 @@ STARTS = bytes(
     182  26  56 108 171 203 207 154 196 206 211 198 144  49  96 154
     193 217 218 177 203 201 200 190 200 101 163 194 217 222 221 218
     208 201 195 148 200 205 216 211 219 218 221 152 195 160 198 174
-    196
+    196 248 160 112  64 107  49  10   4 251 251 225 236 240 246 201
+    202 209 237 182 189 205 237 179 187 194 233 160 169 180 222 186
+    184 192 230 152 163 182 207 140 142 147 201 134 131 139 224 133
+    143 170 191 110 110 120 157 100  93 100 217 122 122 159 174  91
+     86 103 130  70  61  65 208 129 112 147 160  85  69  88 108  51
+     42  46 189 137  98 136 143  79  59  75  93  38  31  34 158 140
+     99 108 108  73  54  60  66  25  24  24 251 225 236 240 246 201
+    202 209 237 182 189 205 237 179 187 194 233 160 169 180 222 186
+    184 192 230 152 163 182 207 140 142 147 201 134 131 139 224 133
+    143 170 191 110 110 120 157 100  93 100 217 122 122 159 174  91
+     86 103 130  70  61  65 208 129 112 147 160  85  69  88 108  51
+     42  46 189 137  98 136 143  79  59  75  93  38  31  34 158 140
+     99 108 108  73  54  60  66  25  24  24  95 125 164  85 132 149
+     68 132 165  65 130 167  63 124 170  61 121 169  59 119 171  54
+    118 176  95 125 164  85 132 149  68 132 165  65 130 167  63 124
+    170  61 121 169  59 119 171  54 118 176 115 114 129 146 166 183
+    204 153 152 168 185 195 232 220 130 143 161 177 196 217 237 101
+    135 162 180 194 217 249  68 106 150 179 196 221 247  42  71 116
+    165 197 223 246  25  43  75 128 182 218 245  14  23  41  73 126
+    187 233 115 114 129 146 166 183 204 153 152 168 185 195 232 220
+    130 143 161 177 196 217 237 101 135 162 180 194 217 249  68 106
+    150 179 196 221 247  42  71 116 165 197 223 246  25  43  75 128
+    182 218 245  14  23  41  73 126 187 233 155 159 166 172 180 203
+    186 155 159 166 172 180 203 186
     """.split()
 )
-assert len(STARTS) == Contexts.total == 257
+assert len(STARTS) == Contexts.total == 632
 
 
 # ---- Coding `packed`: syntax (sections 6.1 and 6.3) ----
@@ -197,12 +226,15 @@ assert len(STARTS) == Contexts.total == 257
 GROUPS = (range(0, 1), range(1, 3), range(3, 6), range(6, 12), range(12, 17), range(17, 27))
 
 
-def read_packed(track: Volume, section: bytes, before: Content) -> dict[int, Probe]:
-    """The probes that are present after the frame."""
+def read_packed(track: Volume, section: bytes, before: Content, seeing: bool) -> Content:
+    """The content after the frame; `seeing` tells that the section has visibility."""
     bits = RangeDecoder(section, STARTS, ENTROPY)
+    visibility = before.visibility  # [B-011]
+    if seeing:
+        visibility = decode_maps(bits, track, before.visibility)
     after = decode_probes(bits, track, before)
     bits.finish()
-    return after
+    return Content(after, visibility)
 
 
 def decode_probes(bits: Bits, track: Volume, before: Content) -> dict[int, Probe]:
@@ -303,6 +335,140 @@ class Decoding:
         in_range = 0 <= scaled <= 10239 if i == 0 else -32768 <= scaled <= 32768
         if not in_range or not -32768 <= code <= 32767:
             raise Fault(3104)
+
+
+# ---- Coding `packed`: visibility maps (section 9.2) ----
+
+
+def decode_maps(bits: Bits, track: Volume, before: bytes | None) -> bytes:
+    """The visibility block after the frame; `before` is the committed one. [B-063]"""
+    intra = int(before is None)
+    size = 2 * track.side**2
+    priors = bytes((255, 0)) * (track.probes * size // 2) if before is None else before
+    maps: list[bytes] = []
+    changes: list[bool] = []
+    for index in range(track.probes):
+        near = near_maps(track, index)
+        changed = sum(changes[q] for q in near if q is not None)
+        prior = priors[index * size : (index + 1) * size]
+        changes.append(bool(bits.bit(MAP_CHANGED(intra, changed))))
+        if changes[-1]:
+            around = [None if q is None else maps[q] for q in near]
+            prior = decode_map(bits, track, around, prior)
+        maps.append(prior)
+    return b"".join(maps)
+
+
+def near_maps(track: Volume, index: int) -> list[int | None]:
+    """The neighbours at x - 1, y - 1, z - 1, with those that do not exist."""
+    at = place(track, index)
+    return [index - step if at[k] > 0 else None for k, step in enumerate(strides(track))]
+
+
+def decode_map(bits: Bits, track: Volume, around: list[bytes | None], prior: bytes) -> bytes:
+    planes = [MapPlane(bits, track, around, prior, k) for k in (0, 1)]
+    deviates = bits.bit(MAP_DEVIATES())
+    texels = bytearray()
+    for texel in range(track.side**2):
+        residual = planes[0].decode(texel, None)
+        deviation = 0
+        if deviates:
+            planes[1].decode(texel, abs(residual))
+            deviation = planes[1].byte(texel)
+        texels += bytes((planes[0].byte(texel), deviation))
+    return bytes(texels)
+
+
+class MapPlane:
+    """The means (k = 0) or the deviations (k = 1) of a map while they are decoded."""
+
+    def __init__(
+        self, bits: Bits, track: Volume, around: list[bytes | None], prior: bytes, k: int
+    ) -> None:
+        self.bits = bits
+        self.k = k
+        self.side = track.side
+        self.step = track.map_steps[k]
+        self.largest = self.code_of(255)
+        self.around = [None if each is None else each[k::2] for each in around]
+        self.prior = prior[k::2]
+        # Of the texels so far:
+        self.codes: list[int] = []
+        self.residuals: list[int] = []
+        self.errors: list[list[int]] = []
+
+    def code_of(self, byte: int) -> int:
+        return -(-byte // self.step)
+
+    def byte(self, texel: int) -> int:
+        """[B-064]"""
+        return min(self.codes[texel] * self.step, 255)
+
+    def before(self, texel: int) -> tuple[int | None, int | None, int | None, int | None]:
+        """The texels to the left, above, above to the left, above to the right."""
+        row, column = divmod(texel, self.side)
+        left, right = column > 0, column < self.side - 1
+        return (
+            texel - 1 if left else None,
+            texel - self.side if row else None,
+            texel - self.side - 1 if row and left else None,
+            texel - self.side + 1 if row and right else None,
+        )
+
+    def own_candidate(self, texel: int, prior: int) -> int:
+        w, n, nw, _ = (None if at is None else self.codes[at] for at in self.before(texel))
+        if w is None:
+            return prior if n is None else n
+        if n is None or nw is None:
+            return w
+        return sorted((w, n, w + n - nw))[1]
+
+    def decode(self, texel: int, spread: int | None) -> int:
+        """A code; returns its residual. `spread` is known for deviations."""
+        bit, k = self.bits.bit, self.k
+        candidates = [None if each is None else self.code_of(each[texel]) for each in self.around]
+        prior = self.code_of(self.prior[texel])
+        candidates += [self.own_candidate(texel, prior), prior]
+        before = self.before(texel)
+        best_error, best = None, prior
+        for which, candidate in enumerate(candidates):
+            if candidate is None:
+                continue
+            weights = zip((2, 2, 1, 1), before)
+            error = sum(w * self.errors[at][which] for w, at in weights if at is not None)
+            if best_error is None or error < best_error:
+                best_error, best = error, candidate
+        assert best_error is not None
+        cls = min(7, best_error.bit_length())
+        beside = sum(self.residuals[at] != 0 for at in before[:2] if at is not None)
+        if spread is None:
+            spread = max((abs(c - best) for c in candidates[:3] if c is not None), default=0)
+        residual = 0
+        if bit(MAP_SIGNIFICANT(k, cls, beside, min(3, (spread.bit_length() + 1) // 2))):
+            negative = best == self.largest
+            if 0 < best < self.largest:
+                own = candidates[3] - best
+                negative = bool(bit(MAP_SIGN(k, cls, 1 + (own > 0) - (own < 0))))
+            elif best == 0:
+                negative = False
+            residual = self.decode_magnitude(cls) * (-1 if negative else 1)
+        code = best + residual
+        if not 0 <= code <= self.largest:  # [B-066]
+            raise Fault(3104)
+        self.codes.append(code)
+        self.residuals.append(residual)
+        self.errors.append([0 if c is None else abs(code - c) for c in candidates])
+        return residual
+
+    def decode_magnitude(self, cls: int) -> int:
+        bit, k = self.bits.bit, self.k
+        e = 0
+        while e < 7 and bit(MAP_PREFIX(k, cls, e)):
+            e += 1
+        m = 1
+        for i in range(e):
+            m = 2 * m + (bit(MAP_SUFFIX(k, e - 1)) if i == 0 else self.bits.even())
+        return m
 
 
 def place(track: Volume, index: int) -> tuple[int, int, int]:

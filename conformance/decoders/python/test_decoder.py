@@ -395,15 +395,15 @@ def volume(coding: int, dims: tuple = (2, 2, 2), side: int = 0, steps: tuple | N
         steps = (16, 128, 128, 128, 320, 320) if coding == PACKED else (0,) * 6
     return Volume(
         7, coding, 0, 0, False, 0, "", (0,) * 6, (0,) * 12, dims, (ONE,) * 3, 0, side,
-        ONE if side else 0, steps,
+        ONE if side else 0, steps, (9, 7) if side and coding == PACKED else (0, 0),
     )
 
 
 def entry(track: Volume) -> bytes:
     return struct.pack(
-        "<IIHHBBHQQ6I12I3H2x3IbB2xI6H", 144, track.track_id, 2, track.coding, track.space, 0, 0, 0, 0,
+        "<IIHHBBHQQ6I12I3H2x3Ib3BI6H", 144, track.track_id, 2, track.coding, track.space, 0, 0, 0, 0,
         *track.aabb, *track.grid_from_mesh, *track.dims, *track.spacing, track.exponent, track.side,
-        track.range, *track.steps,
+        *track.map_steps, track.range, *track.steps,
     )
 
 
@@ -435,7 +435,7 @@ def outcome(stream: bytes, arguments: str = "--live") -> int:
 
 
 def test_tables() -> None:
-    assert xxh64(probes.STARTS) == 0xC258A0D47C1B432E
+    assert xxh64(probes.STARTS) == 0xC9BABDB0EF270E13
     assert xxh64(struct.pack("<256I", *probes.POWERS)) == 0x1955658E0278180E
     assert [probes.POWERS[i] for i in (0, 1, 128, 255)] == [32768, 32857, 46341, 65359]
     first = {"CHANGED": 0, "OTHER": 8, "LEVEL": 9, "ANY": 17, "SOME": 113, "AGAINST": 161, "LONGER": 173, "SECOND": 245}
@@ -472,16 +472,16 @@ def test_sections() -> None:
         before = probes.Content()
         for _ in range(3):
             section, after = drawn(rng, track, before)
-            assert probes.read_packed(track, section, before) == after
+            assert probes.read_packed(track, section, before, False).probes == after
             # Bytes of 0 at the end may be left out, up to four [B-034], and none added.
             for short in range(1, len(section)):
                 if section[-short]:
                     break
                 if short <= 4:
-                    assert probes.read_packed(track, section[:-short], before) == after
+                    assert probes.read_packed(track, section[:-short], before, False).probes == after
                 else:
-                    assert fault_of(probes.read_packed, track, section[:-short], before) == 3105
-            assert fault_of(probes.read_packed, track, section + b"\0", before) == 3105
+                    assert fault_of(probes.read_packed, track, section[:-short], before, False) == 3105
+            assert fault_of(probes.read_packed, track, section + b"\0", before, False) == 3105
             before = probes.Content(after)
             levels |= {probe.level for probe in after.values()}
     assert levels == {1, 2, 3}
@@ -560,6 +560,8 @@ def test_probes_errors() -> None:
         (replace(raw, dims=(4096, 4096, 2)), 2022), (replace(raw, spacing=(ONE, minus, ONE)), 2023),
         (replace(raw, exponent=65), 2024), (replace(raw, exponent=-65), 2024), (replace(raw, side=5), 2025),
         (replace(raw, side=4), 2025), (replace(raw, range=ONE), 2025), (replace(raw, range=minus), 2025),
+        (replace(raw, map_steps=(1, 0)), 2025), (replace(packed, map_steps=(0, 1)), 2025),
+        (replace(volume(PACKED, side=4), map_steps=(9, 0)), 2025), (volume(PACKED, side=8), 0),
         (replace(packed, steps=(2561, 1, 1, 1, 1, 1)), 2026), (replace(packed, steps=(1, 1, 1, 1, 1, 32769)), 2026),
         (replace(packed, steps=(1, 1, 0, 1, 1, 1), exponent=99), 2024),
     ):

@@ -102,6 +102,7 @@ class Volume(Gridded):
     side: int  # of a visibility map; 0 without visibility
     range: int  # of visibility
     steps: tuple[int, ...]  # six, one a group of codes; 0 in the coding `raw`
+    map_steps: tuple[int, int] = (0, 0)  # of means and deviations; 0 in `raw` and without visibility
 
     @property
     def probes(self) -> int:
@@ -115,7 +116,8 @@ class Volume(Gridded):
     @property
     def state_bytes(self) -> int:
         """[B-006]: what the track counts against the limit of decoded state."""
-        return self.probes * (184 + 2 * self.side**2)
+        copies = 2 if self.coding == PACKED else 1
+        return self.probes * 184 + copies * self.visibility_bytes
 
 
 @dataclass(frozen=True)
@@ -325,14 +327,14 @@ def read_volume(entry: Fields, coding: int) -> dict:
     spacing = entry.f32s(3)
     exponent = entry.u8()
     side = entry.u8()
-    entry.zero(2)
+    map_steps = (entry.u8(), entry.u8())
     visibility_range = entry.f32()
     steps = tuple(entry.u16() for _ in range(6))
     if coding == RAW and any(steps):  # [C-041], once the last of them is read
         raise Fault(2002)
     return space | dict(
         spacing=spacing, exponent=exponent - 256 if exponent >= 128 else exponent,
-        side=side, range=visibility_range, steps=steps,
+        side=side, range=visibility_range, steps=steps, map_steps=map_steps,
     )
 
 
@@ -348,7 +350,11 @@ def check_volume(track: Volume) -> None:
         range_fits = track.range == 0  # in all bits
     else:
         range_fits = as_number(track.range) > 0
-    if track.side not in (0, 4, 8, 16) or not range_fits:
+    if track.side and track.coding == PACKED:
+        map_steps_fit = 0 not in track.map_steps
+    else:
+        map_steps_fit = track.map_steps == (0, 0)
+    if track.side not in (0, 4, 8, 16) or not range_fits or not map_steps_fit:
         raise Fault(2025)
     if track.coding == PACKED:
         first, *others = track.steps

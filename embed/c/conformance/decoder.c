@@ -173,6 +173,7 @@ static void dump_volume(const dapple_track *track, text *out) {
     print(out, "volume %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32, track->id, volume->dims[0],
           volume->dims[1], volume->dims[2]);
     print(out, " %" PRId32 " %" PRIu32 " ", volume->exponent, volume->visibility_side);
+    print(out, "%" PRIu16 ",%" PRIu16 " ", volume->visibility_steps[0], volume->visibility_steps[1]);
     for (int degree = 0; degree < 3; degree++) {
         print(out, degree ? ",%" PRIu32 ",%" PRIu32 : "%" PRIu32 ",%" PRIu32,
               volume->luma_steps[degree], volume->chroma_steps[degree]);

@@ -347,6 +347,8 @@ typedef struct {
     uint32_t luma_steps[3];
     // Steps of chroma.
     uint32_t chroma_steps[3];
+    // Steps of means and of deviations in maps; 0 where there is no map, and in the coding 0 (`raw`).
+    uint16_t visibility_steps[2];
 } dapple_volume;
 
 // What the values of a baked track are.

@@ -33,15 +33,15 @@ layout! {
         grid_from_mesh 0, dims 48, cell_edge 60, radius 64, position_bits 68, normal_bits 72,
         ao_bits 76, bucket_count 80, cell_capacity 84, first_bucket 88, first_cell 92
     }
-    Volume 108 {
+    Volume 112 {
         grid_from_mesh 0, dims 48, spacing 60, exponent 72, visibility_side 76, visibility_range 80,
-        luma_steps 84, chroma_steps 96
+        luma_steps 84, chroma_steps 96, visibility_steps 108
     }
     Signals 24 { count 0, kinds 4, distances 12, share 20 }
     Vertices 40 { signals 0, count 24, bits 28, order 32, first_value 36 }
     Instances 36 { signals 0, count 24, exponent 28, step 32 }
     Regions 40 { signals 0, count 24, capacity 28, exponent 32, step 36 }
-    Parameters 108 { points 0, probes 0, vertices 0, instances 0, regions 0 }
+    Parameters 112 { points 0, probes 0, vertices 0, instances 0, regions 0 }
     Probe 56 { level 0, codes 2 }
 }
 

@@ -51,6 +51,8 @@ pub struct Volume {
     pub luma_steps: [u32; 3],
     /// Steps of chroma.
     pub chroma_steps: [u32; 3],
+    /// Steps of means and of deviations in maps; 0 where there is no map, and in the coding 0 (`raw`).
+    pub visibility_steps: [u16; 2],
 }
 
 /// What the values of a baked track are.
@@ -193,6 +195,7 @@ fn from_volume(volume: &probes::Volume) -> Volume {
         visibility_range: volume.visibility.range,
         luma_steps,
         chroma_steps,
+        visibility_steps: volume.visibility.steps.map(u16::from),
     }
 }
 

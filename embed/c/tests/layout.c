@@ -84,7 +84,7 @@ AT(dapple_grid, cell_capacity, 84);
 AT(dapple_grid, first_bucket, 88);
 AT(dapple_grid, first_cell, 92);
 
-SIZE(dapple_volume, 108);
+SIZE(dapple_volume, 112);
 AT(dapple_volume, grid_from_mesh, 0);
 AT(dapple_volume, dims, 48);
 AT(dapple_volume, spacing, 60);
@@ -93,6 +93,7 @@ AT(dapple_volume, visibility_side, 76);
 AT(dapple_volume, visibility_range, 80);
 AT(dapple_volume, luma_steps, 84);
 AT(dapple_volume, chroma_steps, 96);
+AT(dapple_volume, visibility_steps, 108);
 
 SIZE(dapple_signals, 24);
 AT(dapple_signals, count, 0);
@@ -120,7 +121,7 @@ AT(dapple_regions, capacity, 28);
 AT(dapple_regions, exponent, 32);
 AT(dapple_regions, step, 36);
 
-SIZE(dapple_parameters, 108);
+SIZE(dapple_parameters, 112);
 AT(dapple_parameters, points, 0);
 AT(dapple_parameters, probes, 0);
 AT(dapple_parameters, vertices, 0);

@@ -63,7 +63,7 @@ const PARAMETERS = {
         `grid ${id} ${p.dims.join(' ')} ${p.bucketCount} ${p.cellCapacity} ${p.positionBits},${p.normalBits},${p.aoBits} ` +
         `${float(p.cellEdge)} ${float(p.radius)}${floats(p.gridFromMesh)}`,
     probes: (id, p) =>
-        `volume ${id} ${p.dims.join(' ')} ${p.exponent} ${p.visibilitySide} ` +
+        `volume ${id} ${p.dims.join(' ')} ${p.exponent} ${p.visibilitySide} ${p.visibilitySteps.join(',')} ` +
         `${p.lumaSteps.map((luma, degree) => `${luma},${p.chromaSteps[degree]}`)}` +
         `${floats(p.spacing)} ${float(p.visibilityRange)}${floats(p.gridFromMesh)}`,
     vertices: (id, p) => `vertices ${id} ${p.count} ${p.bits} ${p.order} ${signals(p.signals)}`,

@@ -45,6 +45,10 @@ pub fn volume(u: &mut Unstructured<'_>) -> Result<Volume> {
             ],
         }),
     };
+    let steps = match coding {
+        Coding::Packed(_) if side > 0 => [u.int_in_range(1..=255)?, u.int_in_range(1..=255)?],
+        _ => [0; 2],
+    };
     let spacing = f32::from(u.int_in_range(1u8..=9)?) / 8.0;
     Ok(Volume {
         grid_from_mesh: matrix(u)?,
@@ -54,6 +58,7 @@ pub fn volume(u: &mut Unstructured<'_>) -> Result<Volume> {
         visibility: Visibility {
             side,
             range: if side > 0 { spacing * 9.0 } else { 0.0 },
+            steps,
         },
         coding,
     })
@@ -103,6 +108,9 @@ pub fn visibility(u: &mut Unstructured<'_>, volume: &Volume) -> Result<Vec<u8>> 
         let at = u.choose_index(bytes.len())?;
         bytes[at] = u.arbitrary()?;
     }
+    if let Coding::Packed(_) = volume.coding {
+        volume.quantize_visibility(&mut bytes);
+    }
     Ok(bytes)
 }
 
@@ -148,7 +156,8 @@ pub fn parameters(volume: &Volume, scale: u32) -> Vec<u8> {
     );
     put(&mut bytes, &volume.spacing.map(f32::to_bits));
     let visibility = volume.visibility;
-    bytes.extend([volume.exponent as u8, visibility.side, 0, 0]);
+    bytes.extend([volume.exponent as u8, visibility.side]);
+    bytes.extend(visibility.steps);
     put(&mut bytes, &[visibility.range.to_bits()]);
     let steps = match volume.coding {
         Coding::Raw => [0; 6],
@@ -316,7 +325,10 @@ pub fn payload(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
             track: *track,
             base: &[],
             probes: base,
-            visibility: None,
+            visibility: named
+                .iter()
+                .find(|named| named.track.id == *track)
+                .and_then(|named| decoder.probes().visibility_of(named)),
         })
         .collect();
     let written = encoder.probes(&mut bytes, Coverage::Keyframe, &bases, Compression::None);
@@ -353,7 +365,11 @@ pub fn payload(u: &mut Unstructured<'_>, decoder: &Decoder) -> Result<Vec<u8>> {
 /// What a volume counts (B-006).
 fn state_bytes(volume: &Volume) -> u64 {
     let side = u64::from(volume.visibility.side);
-    volume.count() as u64 * (184 + 2 * side * side)
+    let copies = match volume.coding {
+        Coding::Raw => 1,
+        Coding::Packed(_) => 2,
+    };
+    volume.count() as u64 * (184 + copies * 2 * side * side)
 }
 
 /// What holds of the committed state (`spec/probes.md` §5 to §10).
@@ -399,5 +415,10 @@ fn check_track(state: &State, track: &TrackState, volume: &Volume) {
     }
     if let Some(bytes) = state.visibility_of(track) {
         assert_eq!(bytes.len() as u64, volume.visibility_bytes());
+        if let Coding::Packed(_) = volume.coding {
+            let mut rounded = bytes.to_vec();
+            volume.quantize_visibility(&mut rounded);
+            assert_eq!(rounded, bytes, "bytes of map codes");
+        }
     }
 }

@@ -58,6 +58,8 @@ pub struct Options {
     pub threshold: f32,
     /// Texels a side of the visibility block: 4, 8 or 16; 0 for none.
     pub visibility: u32,
+    /// What distances in the visibility block are rounded to, in 1/255 of its range: 1 to 255.
+    pub visibility_step: u8,
     pub seed: u64,
 }
 
@@ -70,6 +72,7 @@ impl Default for Options {
             degree: 2,
             threshold: 1.0 / 512.0,
             visibility: 16,
+            visibility_step: 1,
             seed: 0,
         }
     }
@@ -136,6 +139,8 @@ impl Server {
             Some("a probe needs at least one sample a frame".to_string())
         } else if !(0.8..=0.998).contains(&share) {
             Some(format!("hysteresis is between 0.8 and 0.998, not {share}"))
+        } else if options.visibility_step == 0 {
+            Some("a step of distances is at least 1".to_string())
         } else if options.degree > MAX_DEGREE {
             let degree = options.degree;
             Some(format!(
@@ -221,6 +226,7 @@ impl Server {
     pub fn measure_geometry(&mut self, nearest: impl Fn(Vec3, Vec3) -> Nearest + Sync) {
         let lattice = &self.volume.lattice;
         let (volume, range, side) = (&self.volume, self.range(), self.options.visibility);
+        let step = self.options.visibility_step;
         let start = |probe| sight::start(volume.position(probe), lattice.spacing, &nearest);
         let starts: Vec<Vec3> = (0..lattice.count()).into_par_iter().map(start).collect();
         let texels = (side * side) as usize;
@@ -229,7 +235,7 @@ impl Server {
             let blocks = codes.par_chunks_mut(texels).enumerate();
             blocks.for_each(|(number, block)| {
                 let probe = (lattice, lattice.place(number), starts[number]);
-                sight::write(block, side, range, probe, &nearest);
+                sight::write(block, side, (range, step), probe, &nearest);
             });
         }
         self.starts = starts;

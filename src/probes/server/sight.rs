@@ -150,7 +150,7 @@ fn reach(lattice: &Lattice, probe: UVec3, direction: Vec3, range: f32) -> f32 {
 }
 
 /// Writes a probe's visibility block of `side` x `side` texels: means of distances from `start`, each
-/// cut at [`reach`].
+/// cut at [`reach`], in multiples of `step` codes or the whole range.
 ///
 /// The deviations are 0. Texels are means over no more than themselves, and the client's filter
 /// adds the differences between texels to the variance, which is what hides the blur. Measured in
@@ -159,7 +159,7 @@ fn reach(lattice: &Lattice, probe: UVec3, direction: Vec3, range: f32) -> f32 {
 pub fn write(
     codes: &mut [[u8; 2]],
     side: u32,
-    range: f32,
+    (range, step): (f32, u8),
     (lattice, probe, start): (&Lattice, UVec3, Vec3),
     nearest: &(impl Fn(Vec3, Vec3) -> Nearest + ?Sized),
 ) {
@@ -175,6 +175,7 @@ pub fn write(
             sum += (met.distance * share).min(reach(lattice, probe, direction, range));
         }
         let mean = sum / (each * each) as f32;
-        *code = [(mean / range * 255.0).round() as u8, 0];
+        let steps = (mean / range * 255.0 / f32::from(step)).round();
+        *code = [(steps * f32::from(step)).min(255.0) as u8, 0];
     }
 }

@@ -1,5 +1,6 @@
 //! The contexts of bits in `packed` probes and their initial probabilities: `spec/probes.md` §6.
 
+use super::map_contexts;
 use crate::entropy::Context;
 
 /// Whether a probe changes: with a prior or without, by how many neighbours do.
@@ -21,8 +22,8 @@ const SIGN: usize = SIGNIFICANT + 2 * 6 * 4;
 const PREFIX: usize = SIGN + 2 * 2 * 3;
 /// The first bit of the Exp-Golomb suffix: intra or not, by band.
 const SUFFIX: usize = PREFIX + 2 * 6 * LENGTHS;
-/// Number of contexts.
-pub(super) const CONTEXTS: usize = SUFFIX + 2 * 6;
+/// Number of contexts; those of visibility maps follow ([`map_contexts`]).
+pub(super) const PROBE_CONTEXTS: usize = SUFFIX + 2 * 6;
 
 /// Lengths of a magnitude that are told apart.
 const LENGTHS: usize = 6;
@@ -68,8 +69,11 @@ pub(super) fn suffix(intra: bool, band: usize) -> usize {
 }
 
 /// All contexts with their initial probabilities.
-pub(super) fn initial() -> [Context; CONTEXTS] {
-    INITIAL.map(Context::new)
+pub(super) fn initial() -> [Context; map_contexts::END] {
+    core::array::from_fn(|at| {
+        let of_maps = || map_contexts::INITIAL[at - PROBE_CONTEXTS];
+        Context::new(INITIAL.get(at).copied().unwrap_or_else(of_maps))
+    })
 }
 
 #[cfg(all(test, feature = "std"))]
@@ -78,7 +82,7 @@ pub(super) fn initial_table() -> &'static [u8] {
 }
 
 /// Probabilities of a 0, in 1/256.
-const INITIAL: [u8; CONTEXTS] = [
+const INITIAL: [u8; PROBE_CONTEXTS] = [
     196, 117, 69, 17, 251, 247, 129, 4, 251, 251, 128, 128, 128, 128, 128, 128, 128, 183, 128, 148,
     128, 85, 128, 34, 128, 215, 217, 183, 180, 137, 121, 80, 51, 113, 139, 99, 97, 70, 53, 45, 25,
     199, 206, 172, 167, 146, 122, 105, 68, 179, 168, 148, 128, 112, 83, 81, 46, 235, 228, 204, 186,

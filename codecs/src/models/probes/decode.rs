@@ -7,7 +7,7 @@ use core::ops::Range;
 
 use super::state::{MAX_DIRTY, SETS, VolumeState};
 use super::values::Scales;
-use super::{Coding, State, Volume, contexts, packed, raw};
+use super::{Coding, State, Volume, contexts, maps, packed, raw};
 use crate::dirty::DirtyRange;
 use crate::entropy;
 use crate::error::ErrorKind;
@@ -25,12 +25,26 @@ const SHAPE_ERRORS: ShapeErrors = ShapeErrors {
 /// Flag of a track in a record: its visibility block follows.
 pub(super) const HAS_VISIBILITY: u32 = 1;
 
+/// Steps of work of a texel of a map that is decoded.
+const MAP_TEXEL_WORK: u64 = 4;
+
 /// Steps of work of a probe whose texels are computed.
 const PROBE_WORK: u64 = 8;
+
+/// Bytes of a map that are written or compared in a step of work.
+const MAP_BYTES_PER_STEP: u64 = 64;
 
 /// Steps of work of a section that changes some of a volume's probes: those, and a look at its sets.
 fn section_work(probes: usize, changed: u32) -> u64 {
     32 * u64::from(changed) + probes as u64 / 512 + 1
+}
+
+/// Steps of work of a section with coded maps: those of the texels of maps that change, and priors that may
+/// be written.
+fn map_work(volume: &Volume, maps: bool, changed: u32) -> u64 {
+    let side = u64::from(volume.visibility.side);
+    let priors = volume.visibility_bytes() / MAP_BYTES_PER_STEP;
+    u64::from(changed) * side * side * MAP_TEXEL_WORK + u64::from(maps) * priors
 }
 
 /// The state of the model, and what the pending frame has for it.
@@ -48,16 +62,25 @@ struct StagedVolume {
     /// Where its payload starts in those of the frame.
     payload: usize,
     keyframe: bool,
-    /// Where its visibility block lies in the frame's payloads.
-    visibility: Option<Range<usize>>,
+    visibility: StagedVisibility,
     changed: u32,
+}
+
+/// What a section says of visibility.
+enum StagedVisibility {
+    /// Nothing: a delta keeps what there is, and a keyframe has none.
+    Absent,
+    /// Coding `raw`: where the block lies in the frame's payloads.
+    Block(Range<usize>),
+    /// Coding `packed`: the volume has it pending.
+    Maps,
 }
 
 impl Store {
     /// What is kept of a track beside its arrays: dirty ranges, and what its sets round up, too.
     pub(super) const TRACK_BYTES: usize = size_of::<VolumeState>()
         + size_of::<StagedVolume>()
-        + 4 * MAX_DIRTY * size_of::<DirtyRange>()
+        + 8 * MAX_DIRTY * size_of::<DirtyRange>()
         + 8 * SETS;
 
     fn write_staged(&mut self, payloads: &[u8]) -> u32 {
@@ -66,9 +89,10 @@ impl Store {
             let volume = &mut self.state.volumes[staged.index];
             self.work += PROBE_WORK * volume.apply();
             match staged.visibility {
-                Some(range) => volume.set_visibility(Some(&payloads[range])),
-                None if staged.keyframe => volume.set_visibility(None),
-                None => {}
+                StagedVisibility::Block(range) => volume.set_visibility(&payloads[range]),
+                StagedVisibility::Maps => self.work += volume.apply_maps() / MAP_BYTES_PER_STEP,
+                StagedVisibility::Absent if staged.keyframe => volume.drop_visibility(),
+                StagedVisibility::Absent => {}
             }
             changed += staged.changed;
         }
@@ -128,20 +152,24 @@ impl ModelState for Store {
             }
             let section = payload_bytes[at..].get(..size as usize);
             let section = section.ok_or(ErrorKind::ProbesSize)?;
-            let mut probes = section;
-            let mut visibility = None;
-            if flags == HAS_VISIBILITY {
-                if visibility_bytes > u64::from(size) {
-                    return Err(ErrorKind::ProbesSize);
+            let mut rest = section;
+            let visibility = match (flags, volume.volume.coding) {
+                (0, _) => StagedVisibility::Absent,
+                (_, Coding::Packed(_)) => StagedVisibility::Maps,
+                (_, Coding::Raw) => {
+                    if visibility_bytes > u64::from(size) {
+                        return Err(ErrorKind::ProbesSize);
+                    }
+                    let bytes = visibility_bytes as usize;
+                    rest = &section[bytes..];
+                    let start = payload.start + at;
+                    StagedVisibility::Block(start..start + bytes)
                 }
-                let bytes = visibility_bytes as usize;
-                probes = &section[bytes..];
-                let start = payload.start + at;
-                visibility = Some(start..start + bytes);
-            }
+            };
             at += section.len();
             reserve_bounded(&mut self.staged, 1, tracks.len())?;
-            let changed = decode(probes, volume, header.keyframe);
+            let maps = matches!(visibility, StagedVisibility::Maps);
+            let changed = decode(rest, volume, header.keyframe, maps);
             // Kept before the result is looked at, so that an error rolls it back.
             tracks[entry.slot].staged = Some(self.staged.len() as u32);
             self.staged.push(StagedVolume {
@@ -149,9 +177,11 @@ impl ModelState for Store {
                 payload: payload.start,
                 keyframe: header.keyframe,
                 visibility,
-                changed: *changed.as_ref().unwrap_or(&0),
+                changed: changed.as_ref().map_or(0, |changed| changed.probes),
             });
-            self.work += section_work(volume.volume.count(), changed?);
+            let changed = changed?;
+            self.work += section_work(volume.volume.count(), changed.probes);
+            self.work += map_work(&volume.volume, maps, changed.maps);
         }
         if at != payload_bytes.len() {
             return Err(ErrorKind::ProbesSize);
@@ -205,9 +235,10 @@ impl ModelState for Store {
         match (pending, staged) {
             (Some(pending), Some(staged)) => {
                 let visibility = match &staged.visibility {
-                    Some(range) => Some(&pending.payloads[range.clone()]),
-                    None if staged.keyframe => None,
-                    None => volume.visibility(),
+                    StagedVisibility::Block(range) => Some(&pending.payloads[range.clone()]),
+                    StagedVisibility::Maps => Some(volume.next_visibility()),
+                    StagedVisibility::Absent if staged.keyframe => None,
+                    StagedVisibility::Absent => volume.visibility(),
                 };
                 digest.probes_content(&volume.next, visibility);
             }
@@ -231,17 +262,33 @@ impl ModelState for Store {
     }
 }
 
-/// Decodes the probes of a track into `next`. Returns how many changed.
-fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, ErrorKind> {
+/// How many maps and probes a section changes.
+#[derive(Clone, Copy, Default)]
+struct Changed {
+    maps: u32,
+    probes: u32,
+}
+
+/// Decodes the maps of a track, where it has some, and its probes into what is pending.
+fn decode(
+    bytes: &[u8],
+    state: &mut VolumeState,
+    keyframe: bool,
+    maps: bool,
+) -> Result<Changed, ErrorKind> {
     if keyframe {
         state.start_empty();
     }
+    let mut changed = Changed::default();
     let result = match state.volume.coding {
         Coding::Raw => raw::read(bytes, &mut state.next, &mut state.changed),
         Coding::Packed(steps) => {
             let mut contexts = contexts::initial();
             let fault = ErrorKind::ProbesEntropy;
             entropy::Reader::new(bytes, &mut contexts, fault).and_then(|mut reader| {
+                if maps {
+                    changed.maps = decode_maps(&mut reader, state, keyframe)?;
+                }
                 let mut walk = packed::Walk {
                     probes: &mut state.next,
                     present: (!keyframe).then_some(&state.present),
@@ -256,5 +303,18 @@ fn decode(bytes: &[u8], state: &mut VolumeState, keyframe: bool) -> Result<u32, 
         }
     };
     state.end_section();
+    changed.probes = result?;
+    Ok(changed)
+}
+
+/// Decodes visibility maps. Returns how many change.
+fn decode_maps(
+    reader: &mut entropy::Reader<'_>,
+    state: &mut VolumeState,
+    keyframe: bool,
+) -> Result<u32, ErrorKind> {
+    let volume = state.volume;
+    let result = maps::code(reader, &volume, None, &mut state.begin_maps(keyframe));
+    state.end_maps();
     result
 }

@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use super::decode::HAS_VISIBILITY;
 use super::values::Scales;
-use super::{Coding, Probe, Volume, contexts, packed, raw};
+use super::{Coding, OPEN, Probe, Volume, contexts, maps, packed, raw};
 use crate::container::Compression;
 use crate::encoder::Encoder;
 use crate::entropy;
@@ -26,8 +26,9 @@ pub struct Update<'a> {
     pub base: &'a [Probe],
     /// All its probes in this frame, in the order of [`Volume::index`].
     pub probes: &'a [Probe],
-    /// Its visibility block, where it is sent: [`Volume::visibility_bytes`] bytes. A keyframe without
-    /// one has none; a delta without one keeps it.
+    /// Its visibility block, where it is sent: [`Volume::visibility_bytes`] bytes, in the coding `packed`
+    /// rounded by [`Volume::quantize_visibility`]. A keyframe without one has none; a delta without one
+    /// keeps it. Of a delta in the coding `packed`, only the maps that change take bytes.
     pub visibility: Option<&'a [u8]>,
 }
 
@@ -58,7 +59,12 @@ impl Encoder {
                 let volume_of = |id| {
                     let track = session.track(id)?;
                     let volume = track.track.volume().ok_or(ErrorKind::TrackModel)?;
-                    Ok((volume, session.models.probes.state.probes_of(track)))
+                    let state = &session.models.probes.state;
+                    Ok(Committed {
+                        volume,
+                        probes: state.probes_of(track),
+                        visibility: state.visibility_of(track),
+                    })
                 };
                 write_payload(base, now, volume_of, payload)
             },
@@ -66,12 +72,18 @@ impl Encoder {
     }
 }
 
-/// Appends the payload. `volume_of` finds a declared track of the model, and its probes in the last
-/// committed frame.
+/// A declared track of the model as of the last committed frame.
+struct Committed<'v> {
+    volume: &'v Volume,
+    probes: &'v [Probe],
+    visibility: Option<&'v [u8]>,
+}
+
+/// Appends the payload. `volume_of` finds a declared track of the model.
 fn write_payload<'v>(
     base: Option<u32>,
     updates: &[Update<'_>],
-    volume_of: impl Fn(u32) -> core::result::Result<(&'v Volume, &'v [Probe]), ErrorKind>,
+    volume_of: impl Fn(u32) -> core::result::Result<Committed<'v>, ErrorKind>,
     out: &mut Vec<u8>,
 ) -> core::result::Result<(), ErrorKind> {
     let count = |n: usize| u32::try_from(n).map_err(|_| ErrorKind::EncoderUse);
@@ -86,12 +98,13 @@ fn write_payload<'v>(
         put_u32(out, u32::from(update.visibility.is_some()) * HAS_VISIBILITY);
     }
     for update in updates {
-        let (volume, committed) = volume_of(update.track)?;
-        if base.is_some() && update.base.len() == committed.len() && update.base != committed {
+        let committed = volume_of(update.track)?;
+        let known = update.base.len() != committed.probes.len() || update.base == committed.probes;
+        if base.is_some() && !known {
             return Err(ErrorKind::MissingBase);
         }
         let start = out.len();
-        write_track(volume, base.is_none(), update, out)?;
+        write_track(&committed, base.is_none(), update, out)?;
         let size = count(out.len() - start)?;
         out[entry + 4..entry + 8].copy_from_slice(&size.to_le_bytes());
         entry += 12;
@@ -100,11 +113,12 @@ fn write_payload<'v>(
 }
 
 fn write_track(
-    volume: &Volume,
+    committed: &Committed<'_>,
     keyframe: bool,
     update: &Update<'_>,
     out: &mut Vec<u8>,
 ) -> core::result::Result<(), ErrorKind> {
+    let volume = committed.volume;
     let probes = update.probes;
     let base = (!keyframe).then_some(update.base);
     if probes.len() != volume.count() || base.is_some_and(|base| base.len() != probes.len()) {
@@ -114,7 +128,9 @@ fn write_track(
         if bytes.is_empty() || bytes.len() as u64 != volume.visibility_bytes() {
             return Err(ErrorKind::EncoderUse);
         }
-        out.extend_from_slice(bytes);
+        if volume.coding == Coding::Raw {
+            out.extend_from_slice(bytes);
+        }
     }
     let all = || probes.iter().chain(base.into_iter().flatten());
     match volume.coding {
@@ -132,6 +148,10 @@ fn write_track(
             let mut marks = vec![0; probes.len()];
             let mut contexts = contexts::initial();
             let mut writer = entropy::Writer::new(out, &mut contexts);
+            if let Some(block) = update.visibility {
+                let base = committed.visibility.filter(|_| !keyframe);
+                write_maps(&mut writer, volume, base, block)?;
+            }
             let mut walk = packed::Walk {
                 probes: &mut written,
                 present: None,
@@ -142,5 +162,27 @@ fn write_track(
             writer.end();
         }
     }
+    Ok(())
+}
+
+/// Writes the maps of a block that differ from those of `base`; from open ones without it.
+fn write_maps(
+    writer: &mut entropy::Writer<'_>,
+    volume: &Volume,
+    base: Option<&[u8]>,
+    block: &[u8],
+) -> core::result::Result<(), ErrorKind> {
+    let wanted = block.as_chunks().0;
+    maps::check(volume, wanted)?;
+    let mut written = match base {
+        Some(base) => base.as_chunks().0.to_vec(),
+        None => vec![OPEN; wanted.len()],
+    };
+    let mut walk = maps::Walk {
+        maps: &mut written,
+        intra: base.is_none(),
+        changed: &mut IndexSet::new(volume.count())?,
+    };
+    maps::code(writer, volume, Some(wanted), &mut walk)?;
     Ok(())
 }

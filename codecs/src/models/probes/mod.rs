@@ -7,6 +7,8 @@ mod digest;
 mod encode;
 mod f16;
 mod fill;
+mod map_contexts;
+mod maps;
 mod packed;
 mod parameters;
 mod quantize;
@@ -64,6 +66,11 @@ pub const CODES: usize = 3 * COEFFICIENTS;
 /// Texels of four numbers that a probe takes; the 28th number is 0.
 pub const TEXELS: usize = 7;
 
+/// A texel of a visibility map: mean and deviation.
+type MapTexel = [u8; 2];
+/// The texel of an open map, in which nothing is seen within the range.
+const OPEN: MapTexel = [255, 0];
+
 /// Four f16: WGSL `vec2<u32>` in a storage buffer, or a texel of `rgba16float`.
 pub type Texel = [u16; 4];
 
@@ -86,13 +93,16 @@ pub struct Volume {
 }
 
 /// Distances around a probe in an octahedral map: two bytes a texel, the mean and the deviation, so
-/// that 255 stands for `range`.
+/// that 255 stands for `range`. All 0 for a volume without maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Visibility {
     /// Texels along a side of the map: 0 where there is none, 4, 8 or 16.
     pub side: u8,
     /// Metres; above 0 where there is a map, and 0 where not.
     pub range: f32,
+    /// Steps of means and of deviations: in the coding `packed`, where there is a map, each byte is a
+    /// multiple of its step, or 255 ([`Volume::quantize_visibility`]). 1 to 255 there, and 0 elsewhere.
+    pub steps: [u8; 2],
 }
 
 /// How probes of a volume are coded.
@@ -154,6 +164,14 @@ impl Volume {
     pub fn visibility_bytes(&self) -> u64 {
         let side = u64::from(self.visibility.side);
         self.probes() * side * side * 2
+    }
+
+    /// Rounds a visibility block to the bytes that the volume can have. In the coding `raw` it has all.
+    pub fn quantize_visibility(&self, block: &mut [u8]) {
+        let planes = self.visibility.steps.map(maps::Plane::new);
+        for texel in block.as_chunks_mut::<2>().0 {
+            *texel = [0, 1].map(|plane| planes[plane].nearest(texel[plane]));
+        }
     }
 
     fn probes(&self) -> u64 {

@@ -56,7 +56,7 @@ pub(super) fn code<C: Coder>(
             let run = coder.zeros(most);
             if run > 0 {
                 at += run;
-                place = [at % dims[0], at / dims[0] % dims[1], at / strides[2]];
+                place = place_of(at, dims);
                 continue;
             }
         }
@@ -88,11 +88,7 @@ impl Walk<'_> {
     /// How many probes from `at` on have no neighbour that changed so far and, unless both kinds
     /// are alike, are present as the first one is, or absent.
     fn quiet(&self, at: usize, strides: [usize; 3], alike: bool) -> usize {
-        let mut end = self.probes.len();
-        for stride in strides {
-            let near = self.changed.next(at.saturating_sub(stride));
-            end = near.map_or(end, |near| end.min((near + stride).max(at + 1)));
-        }
+        let mut end = quiet_end(self.changed, at, strides, self.probes.len());
         if let Some(present) = self.present.filter(|_| !alike) {
             end = match self.probes[at].level {
                 0 => present.next(at).map_or(end, |other| end.min(other)),
@@ -101,6 +97,21 @@ impl Walk<'_> {
         }
         end - at
     }
+}
+
+/// The first probe after `at` that has a neighbour of those in `changed`; `end` where none has.
+pub(super) fn quiet_end(changed: &IndexSet, at: usize, strides: [usize; 3], end: usize) -> usize {
+    let near = strides.map(|stride| Some((changed.next(at.saturating_sub(stride))?, stride)));
+    let near = near.into_iter().flatten();
+    near.fold(end, |end, (near, stride)| {
+        end.min((near + stride).max(at + 1))
+    })
+}
+
+/// Where the probe of an index stands.
+pub(super) fn place_of(index: usize, dims: [usize; 3]) -> [usize; 3] {
+    let [x, y, _] = dims;
+    [index % x, index / x % y, index / (x * y)]
 }
 
 /// How many marks have one of these bits.

@@ -23,7 +23,7 @@ impl Volume {
         let spacing = r.floats()?;
         let exponent = r.u8()? as i8;
         let side = r.u8()?;
-        r.zero(2)?;
+        let map_steps = [r.u8()?, r.u8()?];
         let range = r.f32()?;
         let mut steps = [0; 6];
         for step in &mut steps {
@@ -44,7 +44,11 @@ impl Volume {
             dims,
             spacing,
             exponent,
-            visibility: Visibility { side, range },
+            visibility: Visibility {
+                side,
+                range,
+                steps: map_steps,
+            },
             coding,
         })
     }
@@ -59,7 +63,11 @@ impl Parameters for Volume {
     }
 
     fn state_bytes(&self) -> u64 {
-        self.count() as u64 * PROBE_BYTES + self.visibility_bytes()
+        let maps = match self.coding {
+            Coding::Raw => 1,
+            Coding::Packed(_) => 2,
+        };
+        self.count() as u64 * PROBE_BYTES + maps * self.visibility_bytes()
     }
 
     fn write(&self, out: &mut Vec<u8>) {
@@ -68,7 +76,8 @@ impl Parameters for Volume {
         self.dims.iter().for_each(|&dim| put_u16(out, dim));
         put_u16(out, 0);
         self.spacing.iter().for_each(|&value| put_f32(out, value));
-        out.extend([self.exponent as u8, self.visibility.side, 0, 0]);
+        out.extend([self.exponent as u8, self.visibility.side]);
+        out.extend(self.visibility.steps);
         put_f32(out, self.visibility.range);
         let steps = match self.coding {
             Coding::Raw => [0; 6],
@@ -95,13 +104,17 @@ impl Parameters for Volume {
         if !(-64..=64).contains(&self.exponent) {
             return Err(ErrorKind::VolumeExponent);
         }
-        let Visibility { side, range } = self.visibility;
+        let Visibility { side, range, steps } = self.visibility;
         let fits = match side {
             0 => range.to_bits() == 0,
             4 | 8 | 16 => range > 0.0,
             _ => false,
         };
-        if !fits {
+        let steps_fit = match (side, self.coding) {
+            (0, _) | (_, Coding::Raw) => steps == [0; 2],
+            (_, Coding::Packed(_)) => !steps.contains(&0),
+        };
+        if !fits || !steps_fit {
             return Err(ErrorKind::VolumeVisibility);
         }
         if let Coding::Packed(steps) = self.coding {

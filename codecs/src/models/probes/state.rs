@@ -5,19 +5,19 @@ use alloc::vec::Vec;
 use super::fill::Fill;
 use super::packed::Mark;
 use super::values::{Scales, values};
-use super::{CODES, Coding, Probe, TEXELS, Texel, Volume};
+use super::{CODES, Coding, OPEN, Probe, TEXELS, Texel, Volume, maps};
 use crate::dirty::{Buffer, Dirty, DirtyList, DirtyRange};
 use crate::error::ErrorKind;
 use crate::memory::index_set::IndexSet;
-use crate::memory::reserve::{filled, reserve_bounded, reserve_exact};
+use crate::memory::reserve::{filled, reserve_bounded};
 use crate::session::track::TrackState;
 
 /// What a probe without its visibility counts against the limit of decoded state (`spec/probes.md`
 /// §3): codes as committed and as the pending frame leaves them, texels, what the syntax remembers,
-/// the distance of the fill, and a bit in each set.
+/// the distance of the fill, and a bit in each set. Of packed visibility there are two copies as well.
 pub(super) const PROBE_BYTES: u64 = 184;
 /// Sets of probes of a volume; each rounds its bits up to 8 bytes.
-pub(super) const SETS: usize = 3 + Fill::SETS;
+pub(super) const SETS: usize = 4 + Fill::SETS;
 const _: () = assert!(
     2 * size_of::<Probe>() + TEXELS * size_of::<Texel>() + size_of::<Mark>() + 1 + SETS.div_ceil(8)
         <= PROBE_BYTES as usize
@@ -53,13 +53,12 @@ impl State {
     /// The visibility block of a track, where it has come: the octahedral maps of the probes, each by
     /// rows, of two bytes a texel: the mean of the distance and its deviation.
     pub fn visibility_of(&self, track: &TrackState) -> Option<&[u8]> {
-        let volume = self.of(track)?;
-        volume.has_visibility().then_some(&volume.visibility[..])
+        self.of(track)?.visibility()
     }
 
     /// What changed since [`crate::Decoder::clear_dirty`]. Texels: at most 8 ranges in each of the seven
-    /// planes of a track, filled probes included, and all of them in a track that was added. Visibility: the
-    /// whole block.
+    /// planes of a track, filled probes included, and all of them in a track that was added. Visibility: at
+    /// most 8 ranges of whole maps, and an empty one where the block has gone.
     pub(crate) fn dirty(&self) -> impl Iterator<Item = Dirty> {
         self.volumes.iter().flat_map(|volume| {
             let dirty = |buffer, start, end| Dirty {
@@ -75,9 +74,14 @@ impl State {
                     dirty(Buffer::ProbesTexels, start, end)
                 })
             });
-            let bytes = volume.visibility.len() as u32;
-            let visibility = dirty(Buffer::ProbesVisibility, 0, bytes);
-            texels.chain(volume.visibility_dirty.then_some(visibility))
+            let map_bytes = volume.map_bytes() as u32;
+            let maps = volume.maps_dirty.ranges().iter().map(move |range| {
+                let bytes = [range.start, range.end].map(|map| map.saturating_mul(map_bytes));
+                dirty(Buffer::ProbesVisibility, bytes[0], bytes[1])
+            });
+            let gone = volume.maps_gone && !volume.has_maps;
+            let gone = gone.then_some(dirty(Buffer::ProbesVisibility, 0, 0));
+            texels.chain(maps.filter(|_| volume.has_maps)).chain(gone)
         })
     }
 
@@ -117,18 +121,31 @@ pub(super) struct VolumeState {
     /// Probes that are present in the committed state.
     pub(super) present: IndexSet,
     texels: Vec<Texel>,
-    /// Empty, or all of it.
+    /// Its visibility block, as of the last frame that had one.
     visibility: Vec<u8>,
+    /// The committed frame has that block.
+    has_maps: bool,
+    /// In the coding `packed`: the block as the pending frame leaves it; as `visibility` outside of
+    /// `maps_touched`.
+    next_visibility: Vec<u8>,
+    /// Probes whose maps in `next_visibility` were written.
+    maps_touched: IndexSet,
     fill: Fill,
     dirty: DirtyList,
-    visibility_dirty: bool,
+    /// Probes whose maps changed.
+    maps_dirty: DirtyList,
+    /// The block went since dirty ranges were cleared.
+    maps_gone: bool,
 }
 
 impl VolumeState {
     fn new(id: u32, volume: &Volume) -> Result<VolumeState, ErrorKind> {
         let count = volume.count();
-        let mut visibility = Vec::new();
-        reserve_exact(&mut visibility, volume.visibility_bytes() as usize)?;
+        let map_bytes = volume.visibility_bytes() as usize;
+        let next_bytes = match volume.coding {
+            Coding::Raw => 0,
+            Coding::Packed(_) => map_bytes,
+        };
         let mut dirty = DirtyList::new(MAX_DIRTY)?;
         dirty.add(0, count as u32);
         Ok(VolumeState {
@@ -141,28 +158,91 @@ impl VolumeState {
             marks: filled(count, 0)?,
             present: IndexSet::new(count)?,
             texels: filled(TEXELS * count, [0; 4])?,
-            visibility,
+            visibility: filled(map_bytes, 0)?,
+            has_maps: false,
+            next_visibility: filled(next_bytes, 0)?,
+            maps_touched: IndexSet::new(count)?,
             fill: Fill::new(count)?,
             dirty,
-            visibility_dirty: false,
+            maps_dirty: DirtyList::new(MAX_DIRTY)?,
+            maps_gone: false,
         })
     }
 
-    pub(super) fn has_visibility(&self) -> bool {
-        !self.visibility.is_empty()
-    }
-
     pub(super) fn visibility(&self) -> Option<&[u8]> {
-        self.has_visibility().then_some(&self.visibility[..])
+        self.has_maps.then_some(&self.visibility[..])
     }
 
-    /// Takes over a visibility block, or none.
-    pub(super) fn set_visibility(&mut self, bytes: Option<&[u8]>) {
-        if self.visibility() != bytes {
-            self.visibility.clear();
-            self.visibility.extend_from_slice(bytes.unwrap_or(&[]));
-            self.visibility_dirty = true;
+    /// Bytes of a map.
+    fn map_bytes(&self) -> usize {
+        let side = usize::from(self.volume.visibility.side);
+        2 * side * side
+    }
+
+    /// Takes over a visibility block of the coding `raw`.
+    pub(super) fn set_visibility(&mut self, bytes: &[u8]) {
+        if self.visibility() != Some(bytes) {
+            self.visibility.copy_from_slice(bytes);
+            self.maps_dirty.add(0, self.probes.len() as u32);
+            self.has_maps = true;
         }
+    }
+
+    /// No maps are there.
+    pub(super) fn drop_visibility(&mut self) {
+        self.maps_gone |= self.has_maps;
+        self.has_maps = false;
+        self.maps_dirty.clear();
+    }
+
+    /// The maps that a section of the coding `packed` changes, with their priors in place: those of the
+    /// last frame, or open ones.
+    pub(super) fn begin_maps(&mut self, keyframe: bool) -> maps::Walk<'_> {
+        let intra = keyframe || !self.has_maps;
+        if intra {
+            self.next_visibility.as_chunks_mut().0.fill(OPEN);
+            (0..self.probes.len()).for_each(|probe| {
+                self.maps_touched.insert(probe);
+            });
+        }
+        maps::Walk {
+            maps: self.next_visibility.as_chunks_mut().0,
+            intra,
+            changed: &mut self.changed,
+        }
+    }
+
+    /// The maps of a section were read, to their end or to a fault.
+    pub(super) fn end_maps(&mut self) {
+        let changed = &self.changed;
+        changed.each(|probe| {
+            self.maps_touched.insert(probe);
+        });
+        self.changed.clear();
+    }
+
+    /// The visibility block as the pending frame leaves it.
+    pub(super) fn next_visibility(&self) -> &[u8] {
+        &self.next_visibility
+    }
+
+    /// Makes `next_visibility` the committed state. Returns how many bytes were looked at.
+    pub(super) fn apply_maps(&mut self) -> u64 {
+        let size = self.map_bytes();
+        let mut touched = 0;
+        let had = core::mem::replace(&mut self.has_maps, true);
+        self.maps_touched.each(|probe| {
+            let map = probe * size..(probe + 1) * size;
+            let next = &self.next_visibility[map.clone()];
+            touched += 1;
+            if !had || self.visibility[map.clone()] != *next {
+                self.visibility[map].copy_from_slice(next);
+                self.maps_dirty.add_one(probe);
+            }
+        });
+        self.maps_touched.clear();
+        self.maps_dirty.merge();
+        touched * size as u64
     }
 
     /// The pending frame starts with all probes absent.
@@ -187,6 +267,12 @@ impl VolumeState {
         self.touched
             .each(|probe| self.next[probe] = self.probes[probe]);
         self.touched.clear();
+        let size = self.map_bytes();
+        self.maps_touched.each(|probe| {
+            let map = probe * size..(probe + 1) * size;
+            self.next_visibility[map.clone()].copy_from_slice(&self.visibility[map]);
+        });
+        self.maps_touched.clear();
     }
 
     /// Makes `next` the committed state, and its texels with it. Returns how many probes were
@@ -243,13 +329,14 @@ impl VolumeState {
     /// No probe is there, and no visibility.
     pub(super) fn empty(&mut self) -> u64 {
         self.start_empty();
-        self.set_visibility(None);
+        self.drop_visibility();
         self.apply()
     }
 
     pub(super) fn clear_dirty(&mut self) {
         self.dirty.clear();
-        self.visibility_dirty = false;
+        self.maps_dirty.clear();
+        self.maps_gone = false;
     }
 }
 

@@ -319,7 +319,7 @@ fn odd_numbers_are_quantized_without_a_panic() {
 /// Counts the bits of each sort on their way to a writer.
 struct CountingCoder<'a> {
     writer: Writer<'a>,
-    counts: &'a mut [[u32; 2]; contexts::CONTEXTS],
+    counts: &'a mut [[u32; 2]; contexts::PROBE_CONTEXTS],
     bits: u64,
 }
 
@@ -348,7 +348,7 @@ fn encode(
     steps: Steps,
     tolerance: Tolerance,
     frames: usize,
-    counts: &mut [[u32; 2]; contexts::CONTEXTS],
+    counts: &mut [[u32; 2]; contexts::PROBE_CONTEXTS],
 ) -> Outcome {
     let volume = volume(options.dims, Coding::Packed(steps));
     let mut field = Field::new(options);
@@ -496,10 +496,10 @@ fn starts() {
             }
         }
     }
-    let mut mean = [[0.0f64; 2]; contexts::CONTEXTS];
+    let mut mean = [[0.0f64; 2]; contexts::PROBE_CONTEXTS];
     for (name, options, fine, near) in cases {
         let (steps, tolerance) = quality(fine, near, peak_luma(options));
-        let mut counts = [[0; 2]; contexts::CONTEXTS];
+        let mut counts = [[0; 2]; contexts::PROBE_CONTEXTS];
         let frames = 60;
         let o = encode(options, steps, tolerance, frames, &mut counts);
         let probes = options.dims.iter().map(|&d| f64::from(d)).product::<f64>();
@@ -522,7 +522,7 @@ fn starts() {
             sum[1] += f64::from(ones) * weight;
         }
     }
-    print!("const INITIAL: [u8; CONTEXTS] = [");
+    print!("const INITIAL: [u8; PROBE_CONTEXTS] = [");
     for (i, [zeros, ones]) in mean.iter().enumerate() {
         let p = (zeros + 1.0) / (zeros + ones + 2.0);
         let p = ((p * 256.0) as u32).clamp(4, 251);

@@ -21,6 +21,8 @@ pub fn parameters(id: u32, volume: &Volume, out: &mut String) {
             chroma: [c0, c1, c2],
         }) => [y0, c0, y1, c1, y2, c2],
     };
+    let [t0, t1] = volume.visibility.steps;
+    let _ = write!(out, "{t0},{t1} ");
     commas(steps, out, |step, out| write!(out, "{step}"));
     floats(&volume.spacing, out);
     floats(&[volume.visibility.range], out);

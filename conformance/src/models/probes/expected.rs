@@ -4,6 +4,8 @@ use std::hash::Hasher as _;
 
 use twox_hash::XxHash64;
 
+use super::maps::{self, Choices};
+use super::range::{self, Bit};
 use super::values;
 use super::writer::{self, Probe, Section, Volume};
 use crate::models::ExpectedState;
@@ -43,21 +45,45 @@ impl Probes {
     /// The section that makes the probes what `content` says.
     pub fn section(&self, keyframe: bool, content: &Content) -> Section {
         let base = (!keyframe).then_some(&self.probes[..]);
-        let coded = if self.volume.is_packed() {
-            let coded = writer::packed(&self.volume, base, &content.probes, &content.touched);
-            match content.whole {
+        let id = content.id;
+        if !self.volume.is_packed() {
+            return Section {
+                id,
+                visibility: content.visibility.clone(),
+                probes: writer::raw(base, &content.probes, &content.touched),
+                ..Section::default()
+            };
+        }
+        let coded = range::code(&self.bits(keyframe, content));
+        Section {
+            id,
+            flags: content.visibility.as_ref().map(|_| 1),
+            probes: match content.whole {
                 true => coded.whole(),
                 false => coded.short(),
-            }
-        } else {
-            writer::raw(base, &content.probes, &content.touched)
-        };
-        Section {
-            id: content.id,
-            visibility: content.visibility.clone(),
-            probes: coded,
+            },
             ..Section::default()
         }
+    }
+
+    /// The bits of that section in a packed volume.
+    pub fn bits(&self, keyframe: bool, content: &Content) -> Vec<Bit> {
+        let base = (!keyframe).then_some(&self.probes[..]);
+        let mut bits = Vec::new();
+        if let Some(block) = &content.visibility {
+            let base = self.visibility.as_deref().filter(|_| !keyframe);
+            bits = maps::bits(&self.volume, base, block, &content.maps);
+            if content.maps.wrong.is_some() {
+                return bits;
+            }
+        }
+        bits.extend(writer::bits(
+            &self.volume,
+            base,
+            &content.probes,
+            &content.touched,
+        ));
+        bits
     }
 }
 
@@ -91,6 +117,8 @@ pub struct Content {
     pub visibility: Option<Vec<u8>>,
     /// Probes that are written as changing though they may not.
     pub touched: Vec<usize>,
+    /// How its maps are written.
+    pub maps: Choices,
     /// With all zeros at the end of packed probes.
     pub whole: bool,
 }
@@ -103,6 +131,7 @@ impl Content {
             probes,
             visibility: None,
             touched: Vec::new(),
+            maps: Choices::default(),
             whole: false,
         }
     }

@@ -4,6 +4,7 @@ mod changes;
 mod codes;
 mod layout;
 mod limits;
+mod maps;
 mod models;
 mod packed;
 mod parameters;
@@ -16,6 +17,7 @@ use crate::generate::draw::Draw;
 use crate::generate::frames::Frames;
 use crate::models::entry::Entry;
 use crate::models::probes::expected::Content;
+use crate::models::probes::maps::{byte_of, code_of};
 use crate::models::probes::writer::{GROUPS, Probe, Section, Volume, payload};
 use crate::stream_builder::kind;
 
@@ -35,6 +37,7 @@ pub fn add(drafts: &mut Vec<Draft>) -> Result<(), String> {
     codes::add(drafts);
     values::add(drafts);
     changes::add(drafts);
+    maps::add(drafts);
     limits::add(drafts);
     queries::add(drafts)
 }
@@ -106,10 +109,16 @@ pub(crate) fn later(volume: &Volume, probes: &[Probe], seed: u64) -> Vec<Probe> 
     later
 }
 
-/// A visibility block, other bytes for each seed.
+/// A visibility block, other bytes for each seed: in a packed volume, those of map codes.
 pub(crate) fn seen(volume: &Volume, seed: u64) -> Vec<u8> {
     let mut draw = Draw(seed);
-    let byte = |_| draw.below_i32(256) as u8;
+    let byte = |at: usize| {
+        let byte = draw.below_i32(256) as u8;
+        match volume.map_steps[at % 2] {
+            0 => byte,
+            step => byte_of(code_of(byte, step), step),
+        }
+    };
     (0..volume.visibility_bytes()).map(byte).collect()
 }
 

@@ -8,6 +8,8 @@ pub mod frames;
 #[cfg(feature = "generate")]
 pub mod generate;
 #[cfg(feature = "generate")]
+pub mod maps;
+#[cfg(feature = "generate")]
 pub mod oracle;
 pub mod queries;
 #[cfg(feature = "generate")]

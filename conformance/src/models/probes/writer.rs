@@ -1,6 +1,6 @@
 //! Volumes of `probes` and their records, byte by byte, from `spec/probes.md` alone.
 
-use super::range::{Bit, Coded, code};
+use super::range::Bit;
 use crate::models::Parameters;
 use crate::models::entry::Entry;
 use crate::stream_builder::{IDENTITY, floats, words};
@@ -14,7 +14,8 @@ pub struct Volume {
     pub spacing: [f32; 3],
     pub exponent: i8,
     pub side: u8,
-    pub side_reserved: u16,
+    /// Steps of means and deviations; 0 for raw probes, and without visibility.
+    pub map_steps: [u8; 2],
     pub range: f32,
     /// All 0 for raw probes.
     pub steps: [u16; 6],
@@ -30,7 +31,7 @@ impl Volume {
             spacing: [0.5, 0.75, 1.0],
             exponent: 0,
             side: 0,
-            side_reserved: 0,
+            map_steps: [0; 2],
             range: 0.0,
             steps: [0; 6],
         }
@@ -46,9 +47,14 @@ impl Volume {
 
     /// With visibility of a side, up to 8 m.
     pub fn seeing(self, side: u8) -> Volume {
+        let map_steps = match self.is_packed() {
+            true => [7, 30],
+            false => [0; 2],
+        };
         Volume {
             side,
             range: 8.0,
+            map_steps,
             ..self
         }
     }
@@ -61,7 +67,7 @@ impl Volume {
         bytes.extend(floats(&self.spacing));
         bytes.extend(self.exponent.to_le_bytes());
         bytes.push(self.side);
-        bytes.extend(self.side_reserved.to_le_bytes());
+        bytes.extend(self.map_steps);
         bytes.extend(floats(&[self.range]));
         bytes.extend(self.steps.iter().flat_map(|step| step.to_le_bytes()));
         bytes
@@ -196,16 +202,6 @@ pub fn bits(
     writer.bits
 }
 
-/// Those bits as bytes.
-pub fn packed(
-    volume: &Volume,
-    base: Option<&[Probe]>,
-    probes: &[Probe],
-    touched: &[usize],
-) -> Coded {
-    code(&bits(volume, base, probes, touched))
-}
-
 /// The program of §6.3, as it is written.
 struct BitWriter<'a> {
     volume: &'a Volume,
@@ -332,7 +328,9 @@ pub struct Section {
     pub size: Option<u32>,
     /// What the table says of its flags; `None` for those that fit.
     pub flags: Option<u32>,
+    /// The block of a raw volume.
     pub visibility: Option<Vec<u8>>,
+    /// The rest: maps of a packed volume, and probes.
     pub probes: Vec<u8>,
 }
 

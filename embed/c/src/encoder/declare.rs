@@ -108,6 +108,10 @@ fn to_volume(volume: &Volume, raw: bool) -> Option<probes::Volume> {
         visibility: probes::Visibility {
             side: narrow(volume.visibility_side)?,
             range: volume.visibility_range,
+            steps: [
+                narrow(volume.visibility_steps[0].into())?,
+                narrow(volume.visibility_steps[1].into())?,
+            ],
         },
         coding: match raw {
             true => probes::Coding::Raw,

@@ -154,7 +154,7 @@ fn heads(drafts: &mut Vec<Draft>) {
 
 /// A section whose flag says that a visibility block stands in it.
 fn visibility(drafts: &mut Vec<Draft>) {
-    let volume = Volume::packed([2, 1, 1]).seeing(4);
+    let volume = Volume::raw([2, 1, 1]).seeing(4);
     // 64 bytes of visibility.
     faults(
         drafts,

@@ -76,17 +76,17 @@ const VISIBILITY: &[Fault] = &[
         |_, v| (v.side, v.range) = (255, 8.0),
     ),
     ("side-4-range-0", "The side is 4 and the range 0", |_, v| {
-        (v.side, v.range) = (4, 0.0)
+        (v.side, v.range, v.map_steps) = (4, 0.0, [1, 1])
     }),
     (
         "side-8-range-minus-0",
         "The side is 8 and the range -0",
-        |_, v| (v.side, v.range) = (8, -0.0),
+        |_, v| (v.side, v.range, v.map_steps) = (8, -0.0, [1, 1]),
     ),
     (
         "side-16-range-negative",
         "The side is 16 and the range negative",
-        |_, v| (v.side, v.range) = (16, -8.0),
+        |_, v| (v.side, v.range, v.map_steps) = (16, -8.0, [1, 1]),
     ),
     (
         "side-0-range",
@@ -103,6 +103,30 @@ const VISIBILITY: &[Fault] = &[
         "The side is 0 and the range the smallest f32",
         |_, v| v.range = f32::from_bits(1),
     ),
+    (
+        "side-0-map-step",
+        "The side is 0 and a map step is not",
+        |_, v| v.map_steps = [1, 0],
+    ),
+    (
+        "side-0-map-step-of-deviations",
+        "The side is 0 and the step of deviations is not",
+        |_, v| v.map_steps = [0, 255],
+    ),
+    (
+        "map-step-0",
+        "Packed maps have the step 0 of means",
+        |_, v| (v.side, v.range, v.map_steps) = (4, 8.0, [0, 1]),
+    ),
+    (
+        "map-step-0-of-deviations",
+        "Packed maps have the step 0 of deviations",
+        |_, v| (v.side, v.range, v.map_steps) = (4, 8.0, [1, 0]),
+    ),
+    ("raw-map-step", "Raw maps have a map step", |e, v| {
+        (v.side, v.range, v.map_steps) = (8, 8.0, [0, 1]);
+        (e.coding, v.steps) = (0, [0; 6]);
+    }),
 ];
 
 const STEPS: &[Fault] = &[
@@ -123,9 +147,6 @@ const STEPS: &[Fault] = &[
 const RESERVED: &[Fault] = &[
     ("after-dims", "The field after the dims is not 0", |_, v| {
         v.dims_reserved = 0x8000
-    }),
-    ("after-side", "The field after the side is not 0", |_, v| {
-        v.side_reserved = 1
     }),
     ("raw-s0", "Raw probes have a step s0", |e, v| {
         (e.coding, v.steps) = (0, [1, 0, 0, 0, 0, 0])
@@ -195,23 +216,33 @@ const ORDER: &[(u16, &str, &str, &[&str], Change)] = &[
         },
     ),
     (
-        2009,
-        "spacing-before-reserved",
-        "The spacing is read before the field after the side",
-        &["C-042", "C-041"],
-        |_, v| {
-            v.spacing[2] = f32::NAN;
-            v.side_reserved = 1;
-        },
-    ),
-    (
         2002,
         "reserved-before-range",
-        "The field after the side is read before the range",
+        "The field after the dims is read before the range",
         &["C-041", "C-042"],
         |_, v| {
             v.range = f32::NAN;
-            v.side_reserved = 1;
+            v.dims_reserved = 1;
+        },
+    ),
+    (
+        2009,
+        "range-before-map-steps",
+        "All fields are read before the map steps are checked",
+        &["C-042", "B-004"],
+        |_, v| {
+            v.range = f32::NAN;
+            v.map_steps = [1, 0];
+        },
+    ),
+    (
+        2025,
+        "map-steps-before-steps",
+        "Map steps are checked before the steps of a packed volume",
+        &["B-004", "B-005"],
+        |_, v| {
+            v.map_steps = [1, 1];
+            v.steps[0] = 0;
         },
     ),
     (
@@ -451,16 +482,16 @@ fn taken(drafts: &mut Vec<Draft>) {
             "side-4",
             "B-004",
             "A visibility map of 4 x 4, its range the smallest f32.",
-            |v| (v.side, v.range) = (4, f32::from_bits(1)),
+            |v| seeing(v, 4, f32::from_bits(1)),
         ),
         (
             "side-8",
             "B-004",
             "A visibility map of 8 x 8, its range the largest f32.",
-            |v| (v.side, v.range) = (8, f32::MAX),
+            |v| seeing(v, 8, f32::MAX),
         ),
         ("side-16", "B-004", "A visibility map of 16 x 16.", |v| {
-            (v.side, v.range) = (16, 1.0)
+            seeing(v, 16, 1.0)
         }),
         (
             "grid-any",
@@ -523,6 +554,14 @@ fn taken(drafts: &mut Vec<Draft>) {
     again(drafts);
 }
 
+/// Gives a volume maps of a side and a range.
+fn seeing(volume: &mut Volume, side: u8, range: f32) {
+    *volume = Volume {
+        range,
+        ..volume.clone().seeing(side)
+    };
+}
+
 /// A keyframe and a delta of a volume.
 fn shown(volume: &Volume) -> Frames {
     let first = some(volume, 1);
@@ -574,7 +613,10 @@ fn again(drafts: &mut Vec<Draft>) {
         ("last-step", "last step", |_, v| v.steps[5] += 1),
         ("first-step", "first step", |_, v| v.steps[0] += 1),
         ("grid", "grid_from_mesh", |_, v| v.grid_from_mesh[3] = 1.0),
-        ("coding", "coding", |e, v| (e.coding, v.steps) = (0, [0; 6])),
+        ("map-step", "map step", |_, v| v.map_steps[0] += 1),
+        ("coding", "coding", |e, v| {
+            (e.coding, v.steps, v.map_steps) = (0, [0; 6], [0; 2])
+        }),
     ];
     for &(name, what, change) in changes {
         let mut other = entry.clone();
