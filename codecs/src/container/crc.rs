@@ -26,11 +26,11 @@ fn fill() {
         }
         entry.store(crc, Relaxed);
     }
-    for t in 1..8 {
-        for i in 0..256 {
-            let previous = TABLES[t - 1][i].load(Relaxed);
+    for tables in TABLES.windows(2) {
+        for (entry, previous) in tables[1].iter().zip(&tables[0]) {
+            let previous = previous.load(Relaxed);
             let low = TABLES[0][(previous & 0xff) as usize].load(Relaxed);
-            TABLES[t][i].store((previous >> 8) ^ low, Relaxed);
+            entry.store((previous >> 8) ^ low, Relaxed);
         }
     }
     FILLED.store(true, Release);

@@ -181,8 +181,10 @@ fn errors_have_details_and_state_stays() {
         assert_eq!(dapple_decoder_finish(decoder), 0);
         dapple_decoder_free(decoder);
 
-        let mut limits = codec::Limits::default();
-        limits.tracks = 0;
+        let limits = codec::Limits {
+            tracks: 0,
+            ..codec::Limits::default()
+        };
         let decoder = dapple_decoder_new(&limits.into());
         assert_eq!(push(decoder, POINTS).1, -2013);
         dapple_decoder_error(decoder, &raw mut error);
