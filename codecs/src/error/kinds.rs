@@ -601,7 +601,7 @@ pub(crate) const TABLE: &[(ErrorKind, &str, &str)] = &[
     (
         ErrorKind::TrackTwice,
         "track-twice",
-        "a track is updated twice in a frame",
+        "a track comes twice in a frame, or is removed in a frame that has content of it",
     ),
     (
         ErrorKind::Failed,

@@ -4,17 +4,18 @@ use super::{Baked, Drafts, streams};
 use crate::generate::Draft;
 use crate::generate::frames::Frames;
 use crate::generate::plan::moved;
-use crate::models::entry::Entry;
+use crate::models::entry::{Entry, tracks};
 use crate::models::points::frames::{self as grids, WIDTHS, filled};
 use crate::models::points::writer::{Part, points};
 use crate::models::probes::expected::Content;
 use crate::models::probes::generate::some;
 use crate::models::probes::writer::Volume;
-use crate::stream_builder::{Pack, set_word};
+use crate::stream_builder::{Pack, group, kind, set_word};
 
 pub(super) fn add<M: Baked>(drafts: &mut Vec<Draft>) {
     let mut drafts = Drafts::<M>::of(drafts);
     follow(&mut drafts);
+    refused(&mut drafts);
     others(&mut drafts);
 }
 
@@ -123,6 +124,27 @@ fn follow<M: Baked>(drafts: &mut Drafts<'_, M>) {
     }
 }
 
+/// Records of the container that content of the model makes wrong.
+fn refused<M: Baked>(drafts: &mut Drafts<'_, M>) {
+    let begun = M::put(streams::<M>(2), &[1, 2], 1).commit();
+    let other = Entry {
+        id: 1,
+        ..M::entry(2)
+    };
+    drafts.invalid(
+        (2006, "declared-again-as-another"),
+        &["C-075"],
+        "Track 1 is declared again with the coding and the parameters of track 2.",
+        begun.clone().refused_of(kind::TRACK, &tracks(&[other])),
+    );
+    drafts.invalid(
+        (4006, "no-tracks-open-a-frame"),
+        &["C-061", "C-046", "C-044"],
+        "A record of no tracks opens a frame, in which no group may start.",
+        M::put(begun, &[], 1).refused_of(kind::GROUP, &group(0, 0, 0)),
+    );
+}
+
 /// Track 1 of the model, track 2 of points, track 3 of probes.
 fn mixed<M: Baked>() -> (Frames, Part, Content) {
     let volume = Volume::packed([2, 2, 2]);
@@ -161,6 +183,13 @@ fn others<M: Baked>(drafts: &mut Drafts<'_, M>) {
         "The model of a track is checked before its reserved field and its size.",
         frames.clone(),
         &wrong,
+    );
+    drafts.refused(
+        (2027, "order-model-then-twice"),
+        &["B-017", M::IDS, "C-112"],
+        "The model of a track is checked before it is found to be in the frame already.",
+        frames.clone().keyframe(std::slice::from_ref(&part)),
+        &of(2),
     );
     let own = Part {
         id: 1,

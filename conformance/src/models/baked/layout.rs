@@ -226,26 +226,26 @@ fn limits<M: Baked>(drafts: &mut Drafts<'_, M>) {
         ("lz4", Pack::Lz4),
         ("zstd", Pack::Zstd(3)),
     ] {
-        let frames = streams::<M>(2).packed(pack);
-        let first = M::payload(&frames, &[1], 1);
-        let second = M::payload(&frames, &[2], 1);
-        let both = (first.len() + second.len()) as u64;
-        let open = M::put(frames, &[1], 1);
+        let frames = streams::<M>(3).packed(pack);
+        let lengths = [1, 2, 3].map(|id| M::payload(&frames, &[id], 1).len() as u64);
+        let all: u64 = lengths.iter().sum();
+        let last = M::payload(&frames, &[3], 1);
+        let open = M::put(M::put(frames, &[1], 1), &[2], 1);
         drafts.valid(
             &format!("frame-at-limit-{name}"),
             &[M::FRAME_BYTES, M::SEVERAL],
-            "Two records of a frame take all the bytes that a frame may.",
-            M::put(M::put(open.clone(), &[2], 1).commit(), &[1], 1).commit(),
+            "Three records of a frame take all the bytes that a frame may.",
+            M::put(M::put(open.clone(), &[3], 1).commit(), &[1], 1).commit(),
         );
-        drafts.limit("frame_bytes", both);
+        drafts.limit("frame_bytes", all);
         drafts.refused(
             (4009, &format!("frame-above-limit-{name}")),
             &[M::FRAME_BYTES],
-            "Two records of a frame take one byte more than a frame may.",
+            "Three records of a frame take one byte more than a frame may.",
             open,
-            &second,
+            &last,
         );
-        drafts.limit("frame_bytes", both - 1);
+        drafts.limit("frame_bytes", all - 1);
     }
     let frames = streams::<M>(2);
     let mut record = M::payload(&frames, &[1, 2], 1);

@@ -43,6 +43,11 @@ const SIGNALS: &[Fault] = &[
         t.kinds[0] = 0;
         t.distances[0] = 0.0;
     }),
+    (
+        "kernel-a-none-with-a-distance",
+        "Kernel A is of kind 0, and has a distance",
+        |_, t| t.kinds[0] = 0,
+    ),
     ("kernel-a-3", "Kernel A is of kind 3", |_, t| t.kinds[0] = 3),
     ("kernel-b-3", "Kernel B is of kind 3", |_, t| t.kinds[1] = 3),
 ];

@@ -63,6 +63,11 @@ const KINDS: &[Fault] = &[
     ("kernel-a-none", "Kernel A is of kind 0", |_, s| {
         (s.kinds[0], s.distances[0]) = (0, 0.0)
     }),
+    (
+        "kernel-a-none-with-a-distance",
+        "Kernel A is of kind 0, and has a distance",
+        |_, s| s.kinds[0] = 0,
+    ),
     ("kernel-a-3", "Kernel A is of kind 3", |_, s| s.kinds[0] = 3),
     ("kernel-b-3", "Kernel B is of kind 3", |_, s| s.kinds[1] = 3),
 ];

@@ -35,6 +35,11 @@ const SIGNALS: &[Fault] = &[
         v.signals.kinds[0] = 0;
         v.signals.distances[0] = 0.0;
     }),
+    (
+        "kernel-a-none-with-a-distance",
+        "Kernel A is of kind 0, and has a distance",
+        |_, v| v.signals.kinds[0] = 0,
+    ),
     ("kernel-a-3", "Kernel A is of kind 3", |_, v| {
         v.signals.kinds[0] = 3
     }),
