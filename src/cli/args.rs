@@ -15,6 +15,7 @@ use crate::points::server::Space;
 use crate::points::server::hidden::MIN_AO;
 use crate::points::store::Overflow;
 use crate::probes::server::InsideGeometry;
+use crate::probes::source::Fit;
 use crate::render::MAX_SIDE;
 use crate::scene::{LoadOptions, Scene};
 use crate::{Error, Result};
@@ -184,6 +185,10 @@ pub struct ProbesArgs {
     /// Whether probes inside geometry are kept.
     #[arg(long, value_name = "WHAT", default_value = "disabled")]
     pub inside: InsideGeometry,
+    /// Whether probes hold the light at their places, or values that make the look-up right on
+    /// surfaces, for which half of the paths are traced.
+    #[arg(long, value_name = "WHEN", default_value = "off")]
+    pub fit: Fit,
     /// How probes are coded: 56 bytes each, or entropy-coded.
     #[arg(long, default_value = "packed")]
     pub coding: Coding,

@@ -142,7 +142,7 @@ const ENCODE: &[Effect] = &[
     },
     Effect {
         needs: &[PROBES],
-        options: &["inside"],
+        options: &["inside", "fit"],
     },
     Effect {
         needs: &[PACKED],
@@ -191,7 +191,7 @@ const DEMO: &[Effect] = &[
     },
     Effect {
         needs: &[PROBES],
-        options: &["inside"],
+        options: &["inside", "fit"],
     },
     Effect {
         needs: &[PACKED],
@@ -276,7 +276,7 @@ const CHART: &[Effect] = &[
     // The chart shows both.
     Effect {
         needs: &["dapple encode"],
-        options: &["inside"],
+        options: &["inside", "fit"],
     },
 ];
 

@@ -149,6 +149,19 @@ fn summary(report: &Report, written: u64, seconds: f64) -> String {
             );
         }
         text += &format!("; {:.1} ms a frame\n", probes.probe_update_ms);
+        if let Some(choice) = &probes.fit {
+            text += &format!(
+                "{}: held-out error {:.3} traced, {:.3} fitted with a ridge of {}\n",
+                if probes.fitted {
+                    "fitted to surfaces"
+                } else {
+                    "traced light is kept"
+                },
+                choice.traced_error,
+                choice.fitted_error,
+                choice.strength,
+            );
+        }
     }
     text
 }

@@ -174,6 +174,7 @@ impl ProbesArgs {
                 args::Coding::Packed => Packing::packed(self.tolerance),
             },
             sky: Sky::uniform(self.sky),
+            fit: self.fit,
         }
     }
 }

@@ -7,7 +7,7 @@
 //! means of the probes' expansions, so that what is non-negative at every probe is so in between.
 
 use super::ggx;
-use super::lattice::Lattice;
+use super::lattice::{Corner, Lattice};
 use super::sh::{self, L2};
 use super::visibility::Visibility;
 use glam::Vec3;
@@ -66,11 +66,23 @@ pub fn trilinear(field: &Field, x: Vec3) -> L2 {
 /// The weights are normalised, and never all vanish: where no probe sees the point it gets their
 /// mean without visibility, where all are absent their fill.
 pub fn visibility_weighted(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> L2 {
-    let lattice = &field.lattice;
-    let seen_at = x + (n * NORMAL_BIAS + v * VIEW_BIAS) * lattice.spacing.min_element();
+    let corners = visibility_weights(field, x, n, v);
     let mut sum = [Vec3::ZERO; sh::L2_COUNT];
     let mut total = 0.0;
-    for corner in lattice.corners(x) {
+    for corner in corners {
+        total += corner.weight;
+        add(&mut sum, field, corner.probe, corner.weight);
+    }
+    sum.map(|c| c / total)
+}
+
+/// The corners of [`visibility_weighted`] and their weights before normalisation; those of
+/// [`trilinear`] where all vanish. The radiance of `field` is not looked at.
+pub fn visibility_weights(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> [Corner; 8] {
+    let lattice = &field.lattice;
+    let seen_at = x + (n * NORMAL_BIAS + v * VIEW_BIAS) * lattice.spacing.min_element();
+    let corners = lattice.corners(x);
+    let weighted = corners.map(|corner| {
         let probe = lattice.position(corner.probe);
         let cosine = (probe - x).normalize_or(n).dot(n);
         let wrap = (0.5 + 0.5 * cosine).powi(2) + WRAP;
@@ -81,15 +93,13 @@ pub fn visibility_weighted(field: &Field, x: Vec3, n: Vec3, v: Vec3) -> L2 {
         } else {
             1.0
         };
-        let weight = corner.weight * wrap * trust;
-        total += weight;
-        add(&mut sum, field, corner.probe, weight);
-    }
-    if total > 0.0 {
-        sum.map(|c| c / total)
-    } else {
-        trilinear(field, x)
-    }
+        Corner {
+            weight: corner.weight * wrap * trust,
+            ..corner
+        }
+    });
+    let total: f32 = weighted.iter().map(|corner| corner.weight).sum();
+    if total > 0.0 { weighted } else { corners }
 }
 
 fn add(sum: &mut L2, field: &Field, probe: usize, weight: f32) {

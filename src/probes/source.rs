@@ -3,6 +3,7 @@
 
 use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
+use super::server::fitting::{Choice, Fitting, Place, traced};
 use super::server::{self, InsideGeometry, Nearest, Options, Server};
 use super::sh::L2;
 use super::volume::Volume;
@@ -12,13 +13,15 @@ use crate::codec::{
     self, Compression, Encoder, EncoderConfig, GroupStart, LookupSpace, Model, StateDigest, Target,
 };
 use crate::models::{self, Reports, Tick};
-use crate::scene::Scene;
+use crate::scene::{Pose, Scene};
 use crate::trace::offset::offset_origin;
+use crate::trace::path::bsdf::seen_normal;
 use crate::trace::path::{PathTracer, Paths, Random, Sky};
 use crate::trace::{Aabb, Ray, Tracer};
 use crate::world::World;
 use glam::Vec3;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// The options of the model `probes`.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +35,21 @@ pub struct Request {
     pub warm_up: u32,
     pub packing: Packing,
     pub sky: Sky,
+    pub fit: Fit,
+}
+
+/// What probes hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+pub enum Fit {
+    /// The light at their places.
+    #[default]
+    Off,
+    /// Values that make the look-up right on surfaces. Half of the rays find out what is right there.
+    On,
+    /// Whichever errs less at surfaces that the fit was not told of, chosen once for a volume after
+    /// the frames before the first that is sent.
+    Auto,
 }
 
 impl Request {
@@ -69,6 +87,9 @@ pub struct Report {
     pub irradiance_relative_rms: Option<f64>,
     /// Milliseconds of a server frame, the mean.
     pub probe_update_ms: f64,
+    /// What the fit to surfaces was worth, where one was tried, and whether it was taken.
+    pub fit: Option<Choice>,
+    pub fitted: bool,
 }
 
 /// How probes are coded, and how near the truth they have to be.
@@ -122,6 +143,7 @@ impl Default for Request {
             warm_up: WARM_UP,
             packing: Packing::packed(0.004),
             sky: Sky::default(),
+            fit: Fit::default(),
         }
     }
 }
@@ -146,6 +168,10 @@ pub struct Source {
     delta_frames: u32,
     delta_bytes: u64,
     fidelity: Fidelity,
+    fit: Fit,
+    /// Paths of a probe and frame if no surface has any.
+    samples: u32,
+    fitting: Option<Fitting>,
 }
 
 impl Source {
@@ -155,7 +181,18 @@ impl Source {
     /// `Invalid` for a volume or options that cannot be.
     pub fn new(world: &World, request: &Request, id: u32) -> Result<Source> {
         let place = request.place(world)?;
-        let mut server = Server::new(place, request.server)?;
+        let samples = request.server.samples;
+        let mut server = Server::new(
+            place,
+            Options {
+                // The other half is the receivers'.
+                samples: match request.fit {
+                    Fit::Off => samples,
+                    Fit::On | Fit::Auto => samples.div_ceil(2),
+                },
+                ..request.server
+            },
+        )?;
         let through = request.server.inside == InsideGeometry::Kept;
         server.measure_geometry(|origin, direction| {
             nearest(world.scene(), world.tracer(), (origin, direction), through)
@@ -189,6 +226,9 @@ impl Source {
             delta_frames: 0,
             delta_bytes: 0,
             fidelity: Fidelity::default(),
+            fit: request.fit,
+            samples,
+            fitting: None,
             volume,
             server,
         })
@@ -214,27 +254,79 @@ impl Source {
 
     /// Runs the server for the frames before the first that is sent.
     pub fn warm_up(&mut self, world: &World) {
-        (0..self.warm_up).for_each(|_| {
+        for _ in 1..self.warm_up {
+            self.trace(world);
+        }
+        if self.warm_up > 0 {
             self.update(world);
-        });
+        }
     }
 
     /// Runs the server for one frame.
     pub fn update(&mut self, world: &World) -> server::Tick {
-        let tick = update(&mut self.server, &world.paths(self.sky));
-        let light = (0..self.sent.len()).into_par_iter().map(|probe| {
-            let mut light = self.server.l2(probe);
-            dering(&mut light, Keep::Irradiance);
-            light
+        let tick = self.trace(world);
+        let clock = Instant::now();
+        let mut light = self.fitted_light();
+        light.par_iter_mut().for_each(|light| {
+            dering(light, Keep::Irradiance);
         });
-        self.light = light.collect();
+        self.light = light;
         // Clients hold the volume from the first keyframe on.
         if self.report.bytes_first == 0 {
             self.volume.exponent = exponent(&self.light);
         }
+        let update_time = tick.update_time + clock.elapsed();
+        self.report.probe_update_ms += clock.elapsed().as_secs_f64() * 1e3;
+        server::Tick {
+            update_time,
+            ..tick
+        }
+    }
+
+    /// Traces a frame whose light is not given out.
+    pub fn trace(&mut self, world: &World) -> server::Tick {
+        let clock = Instant::now();
+        let paths = world.paths(self.sky);
+        let mut tick = update(&mut self.server, &paths);
+        if self.fit != Fit::Off {
+            let fitting = self.fitting.get_or_insert_with(|| {
+                Fitting::new(&self.server, |origin, direction| {
+                    meet(
+                        world.scene(),
+                        world.pose(),
+                        world.tracer(),
+                        (origin, direction),
+                    )
+                })
+            });
+            tick.rays += fitting.update(&self.server, |origin, direction, random| {
+                paths.radiance(origin, direction, random, &AT_SURFACES)
+            });
+        }
         self.ticks += 1;
+        tick.update_time = clock.elapsed();
         self.report.probe_update_ms += tick.update_time.as_secs_f64() * 1e3;
         tick
+    }
+
+    /// The light that is traced, or fitted to surfaces.
+    fn fitted_light(&mut self) -> Vec<L2> {
+        let Some(fitting) = &mut self.fitting else {
+            return traced(&self.server);
+        };
+        if fitting.choice().is_none() {
+            let choice = fitting.choose(&self.server);
+            let traced = choice.traced_error <= choice.fitted_error;
+            self.report.fit = Some(choice);
+            self.report.fitted = !(traced && self.fit == Fit::Auto);
+        }
+        if !self.report.fitted {
+            self.fitting = None;
+            self.fit = Fit::Off;
+            self.server.set_samples(self.samples);
+            return traced(&self.server);
+        }
+        fitting.fit(&self.server)
     }
 
     /// Statistics so far.
@@ -499,6 +591,41 @@ fn nearest(
     }
 }
 
+/// How light is followed that reaches a surface.
+const AT_SURFACES: Paths = Paths {
+    max_bounces: 31,
+    cull_back_faces: false,
+};
+
+/// The first surface on a ray from a probe whose indirect light clients look up, if it never moves.
+fn meet(
+    scene: &Scene,
+    pose: &Pose,
+    tracer: &Tracer,
+    (origin, direction): (Vec3, Vec3),
+) -> Option<Place> {
+    let ray = Ray {
+        origin,
+        direction,
+        t_max: f32::INFINITY,
+    };
+    let hit = tracer.closest_front(&ray).0?;
+    let instance = hit.instance as usize;
+    if scene.can_move(instance) {
+        return None;
+    }
+    let surface = scene
+        .surface(pose, instance, hit.triangle as usize, hit.u, hit.v)
+        .facing(direction);
+    let n = surface.geometric_normal;
+    (!surface.unlit).then(|| Place {
+        position: surface.position,
+        origin: offset_origin(surface.position, n, tracer.reach()),
+        geometric_normal: n,
+        normal: seen_normal(surface.normal, -direction),
+    })
+}
+
 /// How much brighter light can become before it is clipped: night to dusk, or a lamp that is brought
 /// next to a probe. A volume's exponent never changes.
 const HEADROOM: f32 = 256.0;
@@ -531,6 +658,71 @@ pub fn update(server: &mut Server, paths: &PathTracer) -> server::Tick {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::models::Source as _;
+
+    const SKY: Sky = Sky {
+        up: Vec3::splat(2.0),
+        down: Vec3::splat(0.5),
+    };
+
+    fn request(fit: Fit) -> Request {
+        Request {
+            dims: [4, 3, 4],
+            server: Options {
+                samples: 16,
+                visibility: 4,
+                ..Options::default()
+            },
+            warm_up: 3,
+            sky: SKY,
+            fit,
+            ..Request::default()
+        }
+    }
+
+    #[test]
+    fn fitted_keyframe_is_the_same_with_any_number_of_threads() {
+        let scene = Scene::hall();
+        let keyframe = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("a pool");
+            pool.install(|| {
+                let world = World::new(&scene, 0.0);
+                let mut source = Source::new(&world, &request(Fit::On), 0).expect("a source");
+                source.warm_up(&world);
+                let mut bytes = Vec::new();
+                let mut encoder =
+                    Encoder::new(EncoderConfig::default(), &mut bytes).expect("an encoder");
+                let start = encoder.group(&mut bytes, GroupStart::Keyframes);
+                start.expect("a group");
+                encoder
+                    .tracks(&mut bytes, &[source.track()])
+                    .expect("a track");
+                source
+                    .write_keyframe(&mut encoder, Compression::None, &mut bytes)
+                    .expect("a keyframe");
+                (bytes, source.statistics().fit)
+            })
+        };
+        let (one, choice) = keyframe(1);
+        assert!(choice.is_some_and(|c| c.traced_error > 0.0), "{choice:?}");
+        assert!((one, choice) == keyframe(2));
+    }
+
+    #[test]
+    fn fit_takes_no_more_rays() {
+        let scene = Scene::hall();
+        let world = World::new(&scene, 0.0);
+        let rays = |fit| {
+            let mut source = Source::new(&world, &request(fit), 0).expect("a source");
+            source.trace(&world);
+            source.trace(&world).rays
+        };
+        let (off, on) = (rays(Fit::Off), rays(Fit::On));
+        assert!(on <= off && on > off / 2, "{on} of {off}");
+    }
 
     #[test]
     fn the_exponent_leaves_headroom_and_is_no_larger() {

@@ -10,7 +10,7 @@ use crate::probes::dering::{Keep, dering};
 use crate::probes::sample::{Field, trilinear, visibility_weighted};
 use crate::probes::server::{Hysteresis, Options, Server};
 use crate::probes::sh::{self, L2};
-use crate::probes::source::{Packing, Request, Source};
+use crate::probes::source::{Fit, Packing, Request, Source};
 use crate::probes::volume::Volume;
 use crate::trace::Aabb;
 use crate::trace::path::{PathTracer, Sky};
@@ -36,6 +36,7 @@ pub fn request(min: Vec3, max: Vec3, dims: [u16; 3], samples: u32) -> Request {
         warm_up: WARM_UP,
         packing: Packing::packed(0.004),
         sky: Sky::default(),
+        fit: Fit::default(),
     }
 }
 

@@ -278,6 +278,7 @@ fn measure_still(
         warm_up: effort.of(16, 64),
         packing: Packing::packed(0.004),
         sky: Sky::default(),
+        ..Request::default()
     };
     let mut probes = fixture::warmed_up(world, &request)?;
     let mut bytes = Vec::new();

@@ -3,8 +3,10 @@
 //! A frame sends rays from every probe, fits an expansion to what arrives ([`projection`]), mixes it
 //! with what the probe remembers ([`history`]) and finds probes inside geometry ([`sight`]). What arrives
 //! along a ray is the caller's: a path tracer, or a formula. Where rays start and how far probes see
-//! is measured once, from the geometry alone ([`Server::measure_geometry`]).
+//! is measured once, from the geometry alone ([`Server::measure_geometry`]). [`fitting`] takes what is
+//! traced to values that make the client's look-up right on surfaces.
 
+pub mod fitting;
 mod history;
 mod projection;
 mod sight;
@@ -176,6 +178,13 @@ impl Server {
 
     pub fn options(&self) -> &Options {
         &self.options
+    }
+
+    /// Sends so many rays from a probe from the next frame on, at least one.
+    pub fn set_samples(&mut self, samples: u32) {
+        self.options.samples = samples.max(1);
+        let count = self.options.samples as usize;
+        self.pattern = (0..count).map(|i| spiral(i, count)).collect();
     }
 
     /// Frames so far.
