@@ -21,7 +21,7 @@ use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
 use crate::probes::sample::Indirect;
 use crate::probes::server::InsideGeometry;
-use crate::probes::source::{self, Request};
+use crate::probes::source::{self, Fit, Request};
 use crate::render::light::Interpolation;
 use crate::render::path::state::{self, PictureId};
 use crate::render::path::{Options, Part, PathPicture};
@@ -151,33 +151,20 @@ struct Variant {
     name: &'static str,
     file: &'static str,
     request: Request,
-    /// From another variant it differs in what probes know of distances alone.
-    differs_in_visibility: bool,
+    /// How it is looked up: a fit is for one way, and trilinearly only where that is not the same as
+    /// another variant.
+    interpolations: &'static [Interpolation],
 }
 
-impl Variant {
-    /// How it is looked up: trilinearly only where that is not the same as another variant.
-    fn interpolations(&self) -> &'static [Interpolation] {
-        match self.differs_in_visibility {
-            true => &[Interpolation::VisibilityWeighted],
-            false => &[Interpolation::Trilinear, Interpolation::VisibilityWeighted],
-        }
-    }
-}
-
-fn name_of(interpolation: Interpolation) -> &'static str {
-    match interpolation {
-        Interpolation::Trilinear => "trilinear",
-        Interpolation::VisibilityWeighted => "visibility-weighted",
-    }
-}
+const BOTH: &[Interpolation] = &[Interpolation::Trilinear, Interpolation::VisibilityWeighted];
 
 /// What is compared: probes inside geometry disabled or kept as in the paper; fewer texels of visibility; and
-/// more probes for the same number of rays.
-fn variants(request: &Request) -> [Variant; 4] {
+/// more probes for the same number of rays; and probes fitted to surfaces, for which half of the rays go.
+fn variants(request: &Request) -> [Variant; 6] {
     let with = |change: &dyn Fn(&mut Request)| {
         let mut request = Request {
             warm_up: 0,
+            fit: Fit::Off,
             ..*request
         };
         change(&mut request);
@@ -188,13 +175,13 @@ fn variants(request: &Request) -> [Variant; 4] {
             name: "disabled inside geometry",
             file: "disabled",
             request: with(&|r| r.server.inside = InsideGeometry::Disabled),
-            differs_in_visibility: false,
+            interpolations: BOTH,
         },
         Variant {
             name: "kept inside geometry",
             file: "kept",
             request: with(&|r| r.server.inside = InsideGeometry::Kept),
-            differs_in_visibility: false,
+            interpolations: BOTH,
         },
         Variant {
             name: "kept, 8x8 texels",
@@ -203,7 +190,7 @@ fn variants(request: &Request) -> [Variant; 4] {
                 r.server.inside = InsideGeometry::Kept;
                 r.server.visibility = 8;
             }),
-            differs_in_visibility: true,
+            interpolations: &[Interpolation::VisibilityWeighted],
         },
         Variant {
             name: "kept, 8 times the probes, same rays",
@@ -213,9 +200,35 @@ fn variants(request: &Request) -> [Variant; 4] {
                 r.dims = r.dims.map(|d| d.saturating_mul(2));
                 r.server.samples = r.server.samples.div_ceil(8);
             }),
-            differs_in_visibility: false,
+            interpolations: BOTH,
+        },
+        Variant {
+            name: "kept, fitted",
+            file: "fitted",
+            request: with(&|r| {
+                r.server.inside = InsideGeometry::Kept;
+                r.server.visibility = 0;
+                r.fit = Fit::On;
+            }),
+            interpolations: &[Interpolation::Trilinear],
+        },
+        Variant {
+            name: "kept, fitted",
+            file: "fitted",
+            request: with(&|r| {
+                r.server.inside = InsideGeometry::Kept;
+                r.fit = Fit::On;
+            }),
+            interpolations: &[Interpolation::VisibilityWeighted],
         },
     ]
+}
+
+fn name_of(interpolation: Interpolation) -> &'static str {
+    match interpolation {
+        Interpolation::Trilinear => "trilinear",
+        Interpolation::VisibilityWeighted => "visibility-weighted",
+    }
 }
 
 /// Runs the command.
@@ -280,14 +293,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let bar = Progress::new("Probes and DDGI", all_frames);
     for variant in &variants {
         let mut probes = source::Source::new(&world, &variant.request, 0)?;
-        for _ in 0..frames {
-            probes.update(&world);
+        for _ in 1..frames {
+            probes.trace(&world);
             bar.step(1);
         }
+        probes.update(&world);
+        bar.step(1);
         let place = *probes.server().volume();
         let sent = through_a_stream(&mut probes, variant.request.packing)?;
         let field = sent.volume.field();
-        for &interpolation in variant.interpolations() {
+        for &interpolation in variant.interpolations {
             let how = name_of(interpolation);
             let look = |surface: &_| from_probes(&field, &place, interpolation, surface);
             let clock = Instant::now();
@@ -429,7 +444,7 @@ fn images(rows: &[Row], variants: &[Variant]) -> Vec<Image> {
         image("DDGI", "ddgi"),
     ];
     for variant in variants {
-        for &interpolation in variant.interpolations() {
+        for &interpolation in variant.interpolations {
             let how = name_of(interpolation);
             let method = format!("probes, {how}, {}", variant.name);
             images.push(image(&method, &format!("{}_{how}", variant.file)));

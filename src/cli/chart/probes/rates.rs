@@ -33,7 +33,7 @@ pub fn rates(scene: &Scene, request: &Request, time: f64, fps: f64, frames: u32)
         let mut world = World::new(scene, time);
         let mut probes = Source::new(&world, &request, 0)?;
         for _ in 0..request.warm_up {
-            probes.update(&world);
+            probes.trace(&world);
             bar.step(1);
         }
         let mut out = Vec::new();
