@@ -103,26 +103,34 @@ fn charts(rows: &[Row], beside_regions: Option<f64>) -> Vec<(Chart, &'static str
         let takes = |row: &Row| row.family == family;
         chart(rows, title, ("stream (kB)", true), takes, x)
     };
-    let time = |row: &Row| row.measured.look_up_ms;
-    let title = "Accuracy against time";
-    let mut charts = vec![
-        (
-            sized(Family::Vertices, "Values at vertices, by samples a face"),
-            "vertices",
-        ),
-        (sized(Family::Rungs, "Instances, by rung"), "rungs"),
-        (sized(Family::Regions, "Regions, by derivatives"), "regions"),
-        (
-            chart(rows, title, ("look-up (ms)", false), |_| true, time),
-            "time",
-        ),
-    ];
-    let (regions, _) = &mut charts[2];
-    let name = "values at vertices, 8 bits, at the same points";
+    let alpha = |row: &Row| row.setting.parse().ok();
+    let time = |row: &Row| match row.family {
+        // The same look-ups once more.
+        Family::Alpha => None,
+        _ => row.measured.look_up_ms,
+    };
+    let by_alpha = chart(
+        rows,
+        "Values at vertices, by weight of smoothness",
+        ("alpha", true),
+        |row| row.family == Family::Alpha,
+        alpha,
+    );
+    let by_time = ("look-up (ms)", false);
+    let by_time = chart(rows, "Accuracy against time", by_time, |_| true, time);
+    let mut regions = sized(Family::Regions, "Regions, by derivatives");
     regions.levels.extend(beside_regions.map(|y| Level {
-        name: name.into(),
+        name: "values at vertices, 8 bits, at the same points".into(),
         y,
     }));
+    let by_samples = "Values at vertices, by samples a face";
+    let mut charts = vec![
+        (sized(Family::Vertices, by_samples), "vertices"),
+        (by_alpha, "alpha"),
+        (sized(Family::Rungs, "Instances, by rung"), "rungs"),
+        (regions, "regions"),
+        (by_time, "time"),
+    ];
     charts.retain(|(chart, _)| !chart.series.is_empty());
     charts
 }

@@ -17,6 +17,9 @@ use serde::Serialize;
 /// Most samples of a face, from few to those of `bake`.
 const FACE_SAMPLES: [u32; 3] = [1, 4, 16];
 
+/// Weights of smoothness, besides that of the settings.
+const ALPHAS: [f64; 5] = [10.0, 1.0, 0.1, 0.01, 0.001];
+
 /// Tolerances by which instances take rungs.
 const TOLERANCES: [f64; 4] = [0.2, 0.1, 0.05, 0.025];
 
@@ -24,6 +27,7 @@ const TOLERANCES: [f64; 4] = [0.2, 0.1, 0.05, 0.025];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     Vertices,
+    Alpha,
     Rungs,
     Regions,
     /// None of them: AO = 1.
@@ -120,11 +124,28 @@ impl<'s> Methods<'_, 's, '_> {
                     self.fitted = look.points;
                 }
             }
+            if shown {
+                self.alphas(&settings, &traced)?;
+            }
             let at_vertices = stream(&plan, &self.point_sampled(&plan)?, 8)?;
             let file = shown.then_some("at_vertices");
             self.add(Family::Vertices, "at vertices", label, &at_vertices, file)?;
             let means = stream(&plan, &self.means(&plan, &gathers), 8)?;
             self.add(Family::Vertices, "mean of samples", label, &means, None)?;
+        }
+        Ok(())
+    }
+
+    /// Fitted values at 8 bits by the weight of smoothness.
+    fn alphas(&mut self, settings: &Settings, traced: &[Traced]) -> Result<()> {
+        for alpha in ALPHAS {
+            let mut settings = settings.clone();
+            settings.vertices.alpha = alpha;
+            let plan = self.plan(&settings)?;
+            let (fitted, _) = plan.fit(traced, &|| ())?;
+            let stream = stream(&plan, &fitted, 8)?;
+            let method = "least squares, by alpha";
+            self.add(Family::Alpha, method, &alpha.to_string(), &stream, None)?;
         }
         Ok(())
     }
