@@ -237,6 +237,16 @@ function session(decoder, request, script, out) {
     return COMPLETE;
 }
 
+/** A decoder of the default limits is reset for each request: a WebAssembly memory takes long to make. */
+let usual;
+
+function decoderFor(limits) {
+    if (Object.keys(limits).length) return new Decoder(limits);
+    usual ??= new Decoder();
+    usual.reset();
+    return usual;
+}
+
 function answer(words, input, out) {
     const request = { limits: {}, pieces: 0 };
     while (words.length) {
@@ -249,7 +259,7 @@ function answer(words, input, out) {
     }
     if (request.queries) return NOT_IMPLEMENTED;
     out.push('dapple-dump 1\n');
-    const decoder = new Decoder(request.limits);
+    const decoder = decoderFor(request.limits);
     return (request.session ? session : stream)(decoder, request, input, out);
 }
 
