@@ -46,6 +46,9 @@ const LIMIT_NAMES = [
     'work_per_byte',
 ];
 
+/** Offset of the path in `dapple_track`, behind the largest parameters. */
+const PATH = 224;
+
 /** Bytes of input that are copied into the module at a time. */
 const PIECE = 1 << 18;
 /** Memory for results of calls. */
@@ -265,7 +268,7 @@ export class Decoder {
             aabbMin: floats(40, 3),
             aabbMax: floats(52, 3),
             worldFromGrid: u32(36) ? floats(64, 12) : null,
-            path: this.#text(u32(220), u32(224)),
+            path: this.#text(u32(PATH), u32(PATH + 4)),
             parameters: parameters(model, 112, { u32, u32s, f32, floats, i32: (at) => view.getInt32(start + at, true) }),
         };
     }

@@ -55,6 +55,17 @@ layout! {
     }
 }
 
+// `embed/js/dapple.js` has these.
+#[cfg(target_pointer_width = "32")]
+layout! {
+    Array 20 { data 0, size 4, element_size 8, dirty 12, dirty_count 16 }
+    Track 232 {
+        application_id 0, content_hash 8, id 16, model 20, coding 24, space 28, has_content_hash 32,
+        has_transform 36, aabb_min 40, aabb_max 52, world_from_grid 64, parameters 112, path 224,
+        path_size 228
+    }
+}
+
 #[cfg(feature = "encode")]
 layout! {
     EncoderConfig 48 { limits 0, ticks 40, seconds 44 }
