@@ -114,8 +114,8 @@ pub struct Options {
     pub compare: bool,
     /// Vectors that may fail, by path, with the reasons.
     pub skips: BTreeMap<String, String>,
-    /// Only vectors with this in their path.
-    pub filter: String,
+    /// Only vectors with one of these in their path; all where there is none.
+    pub filters: Vec<String>,
 }
 
 impl Default for Options {
@@ -127,7 +127,15 @@ impl Default for Options {
             partial: true,
             compare: true,
             skips: BTreeMap::new(),
-            filter: String::new(),
+            filters: Vec::new(),
         }
+    }
+}
+
+impl Options {
+    /// Whether the filters take the vector of a path.
+    pub fn takes(&self, path: &str) -> bool {
+        let mut filters = self.filters.iter();
+        self.filters.is_empty() || filters.any(|filter| path.contains(filter))
     }
 }

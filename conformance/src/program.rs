@@ -209,7 +209,7 @@ impl Process {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|e| format!("{} cannot be started: {e}", command_line.command))?;
-        let errors = last_line(child.stderr.take());
+        let errors = error_line(child.stderr.take());
         Ok(Process {
             child,
             killed: false,
@@ -247,7 +247,7 @@ impl Process {
         self.last_words(&words)
     }
 
-    /// What happened, with the last line that the program wrote to stderr.
+    /// What happened, with the line of the program's stderr that names an error, or its last one.
     fn last_words(&mut self, what: &str) -> String {
         self.kill();
         match self.errors.recv_timeout(GRACE) {
@@ -397,8 +397,8 @@ fn too_much() -> String {
     format!("more than {} MiB of output", MAX_OUTPUT >> 20)
 }
 
-/// A thread that reads stderr to its end and gives its last line.
-fn last_line(pipe: Option<impl Read + Send + 'static>) -> Receiver<String> {
+/// A thread that reads stderr to its end and gives its last line that names an error, or its last line.
+fn error_line(pipe: Option<impl Read + Send + 'static>) -> Receiver<String> {
     const KEPT: usize = 2048;
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {
@@ -410,7 +410,10 @@ fn last_line(pipe: Option<impl Read + Send + 'static>) -> Receiver<String> {
             tail.drain(..tail.len().saturating_sub(KEPT));
         }
         let text = String::from_utf8_lossy(&tail);
-        let line = text.lines().rev().find(|line| !line.trim().is_empty());
+        let mut lines = text.lines().rev().filter(|line| !line.trim().is_empty());
+        // Some runtimes write where they stopped, or their version, after the error.
+        let names_error = |line: &&str| line.to_ascii_lowercase().contains("error");
+        let line = lines.clone().find(names_error).or_else(|| lines.next());
         let line = line.unwrap_or_default().trim();
         let _ = sender.send(line.escape_debug().take(200).collect());
     });

@@ -193,9 +193,9 @@ pub fn run(
             return Err(format!("the skip file names {path}, which is no vector"));
         }
     }
-    let selected = vectors.iter().filter(|vector| {
-        vector.path().contains(&options.filter) && !levels(vector, options).is_empty()
-    });
+    let selected = vectors
+        .iter()
+        .filter(|vector| options.takes(&vector.path()) && !levels(vector, options).is_empty());
     let selected: Vec<&Vector> = selected.collect();
     if selected.is_empty() {
         return Err("no vector has that level and that text in its path".to_string());

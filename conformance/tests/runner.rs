@@ -296,7 +296,7 @@ fn report_states_what_was_run() {
     );
     assert!(!whole.contains("--"), "{whole}");
     let some = text(&Options {
-        filter: "valid/whole".to_string(),
+        filters: vec!["valid/whole".to_string()],
         ..options(false)
     });
     assert!(some.contains("1 of 5 vectors have"), "{some}");
@@ -866,13 +866,13 @@ fn levels_and_filter_choose() {
     assert!(report.passed(), "core does not look at ids");
     assert_eq!(report.outcomes.len(), 3);
     let filter = Options {
-        filter: "valid/whole".to_string(),
+        filters: vec!["valid/whole".to_string()],
         ..Options::default()
     };
     let report = report_of(&mut Reference::default(), &vectors, &filter);
     assert_eq!(report.outcomes.len(), 1);
     let nothing = Options {
-        filter: "nothing".to_string(),
+        filters: vec!["nothing".to_string()],
         ..Options::default()
     };
     assert!(

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Duration;
@@ -61,9 +61,9 @@ pub struct Args {
     /// given.
     #[arg(long, value_name = "DIR")]
     vectors: Option<PathBuf>,
-    /// Only vectors with this text in their path.
-    #[arg(long, value_name = "TEXT", default_value = "")]
-    filter: String,
+    /// Only vectors with this text in their path; given several times, with any of them.
+    #[arg(long, value_name = "TEXT")]
+    filter: Vec<String>,
     /// File with vectors that may fail: a path and a reason a line. One that passes is an error.
     #[arg(long, value_name = "FILE")]
     skip: Option<PathBuf>,
@@ -128,7 +128,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn verdicts(args: &Args) -> std::result::Result<Report, String> {
-    let vectors = vectors(args)?;
+    let folder = args.vectors.clone().unwrap_or_else(vector::folder);
+    let vectors = vectors(args, &folder)?;
     let skips = match &args.skip {
         None => Default::default(),
         Some(path) => {
@@ -146,12 +147,12 @@ fn verdicts(args: &Args) -> std::result::Result<Report, String> {
         partial: args.batch || args.decoder.is_none(),
         compare: args.decoder.is_some(),
         skips,
-        filter: args.filter.clone(),
+        filters: args.filter.clone(),
     };
     let name = args.decoder.as_deref().unwrap_or("dapple");
     interrupt::defer();
     let bar = Progress::new("vectors", vectors.len() as u64);
-    run::run(
+    let report = run::run(
         name,
         program(args).as_mut(),
         &vectors,
@@ -170,7 +171,12 @@ fn verdicts(args: &Args) -> std::result::Result<Report, String> {
                 None => ControlFlow::Continue(()),
             }
         },
-    )
+    );
+    report.map(|mut report| {
+        let sentence = format!("vectors: those of {}", folder.display());
+        report.extent.insert(0, sentence);
+        report
+    })
 }
 
 fn program(args: &Args) -> Box<dyn Program> {
@@ -198,10 +204,11 @@ fn program(args: &Args) -> Box<dyn Program> {
 
 /// The vectors are files in the source tree and no part of this program: who tests a decoder wants
 /// to open them, and a program that carries a thousand files would need a build step of its own.
-fn vectors(args: &Args) -> std::result::Result<Vec<Vector>, String> {
-    match &args.vectors {
-        Some(folder) => vector::load(folder),
-        None => vector::load(&vector::folder()).map_err(|e| {
+fn vectors(args: &Args, folder: &Path) -> std::result::Result<Vec<Vector>, String> {
+    let loaded = vector::load(folder);
+    match args.vectors {
+        Some(_) => loaded,
+        None => loaded.map_err(|e| {
             format!("{e}; --vectors names the folder conformance/vectors of a source tree")
         }),
     }
