@@ -13,6 +13,7 @@ const STREAMS: [(&str, &[&[u8]]); 5] = [
     ("container", &[&[0], &[1], &[2]]),
     ("differential", &[&[0x40], &[0x71]]),
     ("pieces", &[&[0, 0], &[1, 3], &[2, 40]]),
+    ("c_interface", &[&[0, 0], &[1, 0]]),
     ("output_leak", &[&[0, 0], &[0x22, 128]]),
     (
         "limits",
