@@ -9,7 +9,7 @@ use dapple_fuzz::server;
 use dapple_fuzz::stream_builder::record_starts;
 
 /// Targets that read a stream, each with the bytes before it: one seed for each.
-const STREAMS: [(&str, &[&[u8]]); 5] = [
+const STREAMS: [(&str, &[&[u8]]); 6] = [
     ("container", &[&[0], &[1], &[2]]),
     ("differential", &[&[0x40], &[0x71]]),
     ("pieces", &[&[0, 0], &[1, 3], &[2, 40]]),

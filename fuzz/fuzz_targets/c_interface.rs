@@ -67,7 +67,11 @@ unsafe fn decode(mut calls: Input<'_>, bytes: &[u8]) {
         let mut failed = false;
         while !calls.0.is_empty() || at < bytes.len() {
             // Once the calls are used up, what is left of the bytes is pushed.
-            let call = if calls.0.is_empty() { 15 } else { calls.byte() % 16 };
+            let call = if calls.0.is_empty() {
+                15
+            } else {
+                calls.byte() % 16
+            };
             match call {
                 0 => {
                     failed &= check(dapple_decoder_reset(decoder)) != 0;
