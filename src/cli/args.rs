@@ -182,6 +182,10 @@ pub struct ProbesArgs {
     #[arg(long, value_name = "STEP", default_value = "1",
         value_parser = clap::value_parser!(u8).range(1..=64))]
     pub visibility_step: u8,
+    /// Maps of distances that are measured again in a frame, of probes that something has moved near; 0
+    /// where maps have what never moves alone.
+    #[arg(long, value_name = "COUNT", default_value = "0")]
+    pub visibility_updates: u32,
     /// Whether probes inside geometry are kept.
     #[arg(long, value_name = "WHAT", default_value = "disabled")]
     pub inside: InsideGeometry,

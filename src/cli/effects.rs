@@ -88,6 +88,7 @@ const PROBES_OPTIONS: &[&str] = &[
     "warm_up",
     "visibility_side",
     "visibility_step",
+    "visibility_updates",
     "coding",
     "sky",
 ];

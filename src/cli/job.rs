@@ -165,6 +165,7 @@ impl ProbesArgs {
                 inside: self.inside,
                 visibility: self.visibility_side,
                 visibility_step: self.visibility_step,
+                visibility_updates: self.visibility_updates,
                 seed: seed.into(),
                 ..Default::default()
             },

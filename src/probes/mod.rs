@@ -8,6 +8,8 @@
 pub mod client;
 pub mod dering;
 pub mod fidelity;
+#[cfg(feature = "encode")]
+mod follow;
 pub mod ggx;
 pub mod lattice;
 pub mod pack;

@@ -3,6 +3,7 @@
 
 use super::dering::{Keep, dering};
 use super::fidelity::Fidelity;
+use super::follow::Follower;
 use super::server::fitting::{Choice, Fitting, Place, traced};
 use super::server::{self, InsideGeometry, Nearest, Options, Server};
 use super::sh::L2;
@@ -162,6 +163,8 @@ pub struct Source {
     sent: Vec<Probe>,
     /// The visibility block as clients have it.
     maps: Option<Vec<u8>>,
+    /// Which maps geometry has moved near; `None` where what moves is not in them.
+    follower: Option<Follower>,
     /// Sums over frames.
     report: Report,
     ticks: u32,
@@ -194,9 +197,17 @@ impl Source {
             },
         )?;
         let through = request.server.inside == InsideGeometry::Kept;
+        let follows = request.server.visibility_updates > 0;
+        // Rays start clear of what never moves.
         server.measure_geometry(|origin, direction| {
-            nearest(world.scene(), world.tracer(), (origin, direction), through)
+            nearest(world, (origin, direction), through, false)
         });
+        if follows {
+            let all: Vec<usize> = (0..place.lattice.count()).collect();
+            server.measure_maps(&all, |origin, direction| {
+                nearest(world, (origin, direction), through, true)
+            });
+        }
         let side = request.server.visibility as u8;
         let volume = probes::Volume {
             grid_from_mesh: place.grid_from_world(),
@@ -218,6 +229,7 @@ impl Source {
             light: Vec::new(),
             sent: vec![Probe::ABSENT; place.lattice.count()],
             maps: None,
+            follower: follows.then(|| Follower::new(world, place.lattice.count())),
             report: Report {
                 probes: place.lattice.count(),
                 ..Report::default()
@@ -264,7 +276,8 @@ impl Source {
 
     /// Runs the server for one frame.
     pub fn update(&mut self, world: &World) -> server::Tick {
-        let tick = self.trace(world);
+        let mut tick = self.trace(world);
+        tick.rays += self.follow(world);
         let clock = Instant::now();
         let mut light = self.fitted_light();
         light.par_iter_mut().for_each(|light| {
@@ -327,6 +340,20 @@ impl Source {
             return traced(&self.server);
         }
         fitting.fit(&self.server)
+    }
+
+    /// Measures maps near what moves again, as many as a frame may. Returns the number of rays.
+    fn follow(&mut self, world: &World) -> u64 {
+        let Some(follower) = &mut self.follower else {
+            return 0;
+        };
+        let options = *self.server.options();
+        let most = options.visibility_updates as usize;
+        let probes = follower.take(world, &self.server, most);
+        let through = options.inside == InsideGeometry::Kept;
+        self.server.measure_maps(&probes, |origin, direction| {
+            nearest(world, (origin, direction), through, true)
+        })
     }
 
     /// Statistics so far.
@@ -555,14 +582,15 @@ fn map_steps(options: &Options, packing: Packing) -> [u8; 2] {
     }
 }
 
-/// The nearest surface along a ray that never moves: what moves would stay in the visibility block
-/// where it was. `through`: backs of single-sided materials are passed.
+/// The nearest surface along a ray. `through`: backs of single-sided materials are passed. Unless the
+/// block `follows` what moves, that is passed too: it would stay in the block where it was.
 fn nearest(
-    scene: &Scene,
-    tracer: &Tracer,
+    world: &World,
     (origin, direction): (Vec3, Vec3),
     through: bool,
+    follows: bool,
 ) -> Nearest {
+    let (scene, tracer) = (world.scene(), world.tracer());
     let mut ray = Ray {
         origin,
         direction,
@@ -577,7 +605,7 @@ fn nearest(
         let Some(hit) = hit else { break };
         let instance = hit.instance as usize;
         let position = ray.origin + direction * hit.t;
-        if !scene.can_move(instance) {
+        if follows || !scene.can_move(instance) {
             return Nearest {
                 distance: (position - origin).length(),
                 back_face: hit.back && !scene.is_double_sided(instance, hit.triangle as usize),
@@ -722,6 +750,71 @@ mod tests {
         };
         let (off, on) = (rays(Fit::Off), rays(Fit::On));
         assert!(on <= off && on > off / 2, "{on} of {off}");
+    }
+
+    /// Visibility that clients have after something moved is that of a server that starts there.
+    #[test]
+    fn visibility_follows_what_moves() {
+        let scene = Scene::hall();
+        let request = Request {
+            dims: [5, 3, 5],
+            server: Options {
+                samples: 1,
+                visibility: 8,
+                visibility_updates: 10,
+                inside: InsideGeometry::Kept,
+                ..Options::default()
+            },
+            warm_up: 0,
+            ..Request::default()
+        };
+        let mut world = World::new(&scene, 0.0);
+        let place = request.place(&world).expect("a volume");
+        let request = Request {
+            bounds: Some(Aabb {
+                min: place.origin,
+                max: place.origin + place.lattice.extent(),
+            }),
+            ..request
+        };
+        let mut source = Source::new(&world, &request, 1).expect("a source");
+        source.update(&world);
+        let mut out = Vec::new();
+        let mut encoder = Encoder::new(EncoderConfig::default(), &mut out).expect("an encoder");
+        encoder
+            .group(&mut out, GroupStart::Keyframes)
+            .expect("a group");
+        encoder.tracks(&mut out, &[source.track()]).expect("tracks");
+        let none = Compression::None;
+        models::Source::write_keyframe(&mut source, &mut encoder, none, &mut out)
+            .expect("keyframe");
+        encoder.commit(&mut out, 0, None).expect("a commit");
+        let mut decoder = codec::Decoder::new(codec::Limits::default());
+        let mut seen = |out: &mut Vec<u8>| {
+            decoder.push_all(out, |_, _| {}).expect("a stream");
+            out.clear();
+            let track = &decoder.tracks()[0];
+            decoder
+                .probes()
+                .visibility_of(track)
+                .expect("maps")
+                .to_vec()
+        };
+        let before = seen(&mut out);
+        world.advance(1.5, |_| {});
+        let mut fresh = Source::new(&world, &request, 1).expect("a source");
+        fresh.update(&world);
+        let fresh = fresh.next_maps().expect("maps");
+        assert_ne!(before, fresh, "nothing moves");
+        // 75 maps, ten a frame.
+        for frame in 1..=8 {
+            source.update(&world);
+            models::Source::write_delta(&mut source, &mut encoder, none, &mut out)
+                .expect("a delta");
+            encoder.commit(&mut out, frame, None).expect("a commit");
+            let now = seen(&mut out);
+            assert!(frame < 8 || now == fresh);
+        }
     }
 
     #[test]

@@ -62,6 +62,9 @@ pub struct Options {
     pub visibility: u32,
     /// What distances in the visibility block are rounded to, in 1/255 of its range: 1 to 255.
     pub visibility_step: u8,
+    /// Maps of the visibility block that are measured again in a frame where geometry has moved near them. 0: the
+    /// block has what never moves, and no more.
+    pub visibility_updates: u32,
     pub seed: u64,
 }
 
@@ -75,6 +78,7 @@ impl Default for Options {
             threshold: 1.0 / 512.0,
             visibility: 16,
             visibility_step: 1,
+            visibility_updates: 0,
             seed: 0,
         }
     }
@@ -249,6 +253,32 @@ impl Server {
         }
         self.starts = starts;
         self.codes = codes;
+    }
+
+    /// Measures the maps of some probes again, from where their rays start. Returns the number of rays.
+    pub fn measure_maps(
+        &mut self,
+        probes: &[usize],
+        nearest: impl Fn(Vec3, Vec3) -> Nearest + Sync,
+    ) -> u64 {
+        let (lattice, range) = (&self.volume.lattice, self.range());
+        let (side, step) = (self.options.visibility, self.options.visibility_step);
+        let texels = (side * side) as usize;
+        if self.codes.is_empty() {
+            return 0;
+        }
+        let starts = &self.starts;
+        let map = |&number: &usize| {
+            let mut map = vec![[255, 0]; texels];
+            let probe = (lattice, lattice.place(number), starts[number]);
+            sight::write(&mut map, side, (range, step), probe, &nearest);
+            map
+        };
+        let maps: Vec<Vec<[u8; 2]>> = probes.par_iter().map(map).collect();
+        for (&number, map) in probes.iter().zip(maps) {
+            self.codes[number * texels..][..texels].copy_from_slice(&map);
+        }
+        probes.len() as u64 * sight::RAYS_A_MAP
     }
 
     /// One frame. `arrive(origin, direction, draw)` is the light that reaches `origin` from unit

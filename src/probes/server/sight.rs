@@ -128,6 +128,8 @@ pub fn start(
 
 /// Rays along a side of the map of directions; each texel has the same share of them.
 const RAYS: u32 = 32;
+/// Rays of a map.
+pub const RAYS_A_MAP: u64 = RAYS as u64 * RAYS as u64;
 /// What is left of the distance of a ray that met a back face: nothing is seen through it (RTXGI).
 const BACK_SHARE: f32 = 0.2;
 

@@ -281,7 +281,7 @@ fn runs(drafts: &mut Vec<Draft>) {
     let mut later = block;
     later[1299 * 32..1300 * 32].copy_from_slice(&walls[1299 * 32..1300 * 32]);
     let delta = content(&volume, later);
-    let frames = frames.probes(false, &[delta.clone()]).commit();
+    let frames = frames.probes(false, std::slice::from_ref(&delta)).commit();
     let frames = frames.probes(false, &[delta]).commit();
     let comment = "Few of 2400 maps change, then one, then none.";
     drafts.push(valid("maps-run", &["B-063", "B-031"], comment, frames));
