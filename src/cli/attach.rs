@@ -6,11 +6,10 @@ use super::limits::LimitArgs;
 use super::{output, stream};
 use crate::client::Client;
 use crate::codec::Limits;
-use crate::gltf_writer::stream::{Attached, attach};
+use crate::gltf_writer::stream::{Attached, TracksOfNodes, attach};
 use crate::measure::table::grouped;
 use crate::scene::{GltfFile, LoadOptions, Scene};
 use crate::{Error, Result, files};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -90,11 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// A whole stream, and the tracks of each node of the scene's file.
-fn read(
-    path: &Path,
-    scene: &Scene,
-    limits: Limits,
-) -> Result<(Vec<u8>, BTreeMap<usize, Vec<u32>>)> {
+fn read(path: &Path, scene: &Scene, limits: Limits) -> Result<(Vec<u8>, TracksOfNodes)> {
     let named = |error| match error {
         Error::Codec(fault) => stream::error(path, &fault),
         Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
@@ -102,7 +97,7 @@ fn read(
     };
     let content = stream::Source::open(path)?.read_all()?;
     let mut client = Client::of_scene(scene, limits);
-    let mut tracks: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    let mut tracks = TracksOfNodes::new();
     let mut used = 0;
     loop {
         let next = client.last_frame().map_or(0, |(number, _)| number + 1);

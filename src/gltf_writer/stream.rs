@@ -6,13 +6,15 @@ use crate::scene::{GltfFile as File, STREAM_EXTENSION};
 use serde_json::json;
 use std::collections::BTreeMap;
 
+/// Ids of the tracks of each node of a file.
+pub type TracksOfNodes = BTreeMap<usize, Vec<u32>>;
+
 /// Where a stream goes.
 #[derive(Clone, Debug, Default)]
 pub struct Attached<'a> {
     /// All bytes of the stream.
     pub stream: &'a [u8],
-    /// Ids of the tracks of each node of the file.
-    pub tracks: BTreeMap<usize, Vec<u32>>,
+    pub tracks: TracksOfNodes,
 }
 
 /// A copy of a file with a stream in it.
