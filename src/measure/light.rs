@@ -276,9 +276,8 @@ pub fn through_a_stream(source: &mut Source, packing: Packing) -> Result<Decoded
     encoder.tracks(&mut bytes, &[source.track()])?;
     let start = bytes.len();
     source.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
-    let block = source.server().visibility();
-    let bytes_visibility = block.map_or(0, |v| v.texels.as_flattened().len() as u64);
-    let bytes_first = (bytes.len() - start) as u64 - bytes_visibility;
+    let bytes_first = source.bytes_of_light(source.sent(), Compression::None)?;
+    let bytes_visibility = ((bytes.len() - start) as u64).saturating_sub(bytes_first);
     encoder.commit(&mut bytes, 0, None)?;
     encoder.end(&mut bytes)?;
     let mut decoder = Decoder::new(Limits::default());

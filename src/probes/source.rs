@@ -391,8 +391,11 @@ impl Source {
         }
     }
 
-    /// The bytes of a keyframe's record without a visibility block.
-    fn bytes_of_light(&self, probes: &[Probe], compression: Compression) -> Result<u64> {
+    /// The bytes of a keyframe's record of these probes without a visibility block.
+    ///
+    /// # Errors
+    /// Those of the codec.
+    pub fn bytes_of_light(&self, probes: &[Probe], compression: Compression) -> Result<u64> {
         let mut bytes = Vec::new();
         let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
         encoder.group(&mut bytes, GroupStart::Keyframes)?;
