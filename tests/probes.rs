@@ -274,7 +274,8 @@ fn every_frame_has_its_visibility_block() {
         let report = stream.finish(&mut bytes).expect("a report");
         let probes = report.models.probes.expect("of probes");
         assert!(probes.bytes_first > 0);
-        assert_eq!(probes.bytes_visibility, 18 * 2 * 256);
+        // Coded, in fewer bytes than the maps have.
+        assert!((1..18 * 2 * 256).contains(&probes.bytes_visibility));
 
         let mut decoder = Decoder::new(Limits::default());
         let (mut rest, mut shown, mut first) = (&bytes[..], 0, Vec::new());
