@@ -7,7 +7,7 @@ mod webgl;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use dapple::probes::ggx::{ENVIRONMENT, ENVIRONMENT_SIDE, LOBE};
+use dapple::probes::ggx::{ENVIRONMENT, ENVIRONMENT_SIDE};
 
 pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("embed/shaders")
@@ -34,7 +34,7 @@ pub fn modules() -> Vec<(String, String)> {
     modules
 }
 
-/// Tables of the glossy lobe as CSV and as little-endian f32.
+/// The table of environment BRDFs as CSV and as little-endian f32.
 fn tables() -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut add = |name: &str, head: &str, rows: Vec<&[f32]>| {
@@ -45,8 +45,6 @@ fn tables() -> BTreeMap<String, Vec<u8>> {
         let bytes = rows.concat().into_iter().flat_map(f32::to_le_bytes);
         files.insert(format!("tables/{name}.f32"), bytes.collect());
     };
-    let lobes = LOBE.iter().map(|row| &row[..]);
-    add("lobes", "degree1,degree2,degree3,degree4", lobes.collect());
     let environments = ENVIRONMENT.iter().map(|row| &row[..]);
     add("environments", "scale,bias", environments.collect());
     files
@@ -129,7 +127,6 @@ fn write_embed_shaders() {
 #[test]
 fn tables_have_the_sizes_that_the_shaders_read() {
     let tables = tables();
-    assert_eq!(tables["tables/lobes.f32"].len(), 64 * 4 * 4);
     let side = ENVIRONMENT_SIDE;
     assert_eq!(tables["tables/environments.f32"].len(), side * side * 2 * 4);
 }

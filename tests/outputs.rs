@@ -347,9 +347,9 @@ fn options_without_effect_are_told_once() {
     let line = format!("render a.dapple --scene a.gltf {SMALL} -o a.png");
     let told = warnings(
         at,
-        &format!("{line} --linear a.pfm --part direct --no-coats --fallback one"),
+        &format!("{line} --linear a.pfm --part direct --no-coats"),
     );
-    assert_eq!(told.len(), 4, "{told:?}");
+    assert_eq!(told.len(), 3, "{told:?}");
     assert!(!at.join("a.pfm").exists());
     let line = format!("render a.dapple --scene a.gltf {SMALL} -o a.png --method none");
     let told = warnings(at, &line);

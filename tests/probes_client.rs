@@ -227,6 +227,7 @@ fn draw(
         let lit = lit(&Source::Probes {
             volumes: &volumes,
             interpolation,
+            occlusion: None,
         });
         let name = format!("{interpolation:?}").to_lowercase();
         save(&name, &lit.radiance());

@@ -255,20 +255,6 @@ fn context_table_is_that_of_the_text_and_the_code() {
     assert_eq!((number, rows.next()), (INITIAL.len(), None));
 }
 
-/// The chapter's, which a test of the lobe holds to its integral.
-#[test]
-fn lobe_table_is_that_of_the_text() {
-    let block = block(" 0: ");
-    let numbers = block.split_ascii_whitespace();
-    let stated: Vec<&str> = numbers.filter(|word| !word.ends_with(':')).collect();
-    let rows = csv("lobe.csv");
-    assert_eq!((stated.len(), rows.len()), (128, 64));
-    for (entry, (row, stated)) in rows.iter().zip(stated.chunks(2)).enumerate() {
-        assert_eq!(row[0], entry.to_string());
-        assert_eq!(row[1..], *stated);
-    }
-}
-
 /// Its hash is in the chapter, where a test of the codec holds the codec's own to it.
 #[test]
 fn power_table_has_the_hash_of_the_text() {

@@ -99,7 +99,8 @@ listed! {
         LobeAlongNormal,
         LeanByRoughness,
         LobeByAlpha,
-        LobeWithoutTable,
+        LobeOfMirror,
+        LobeOfCosine,
         ViewReversed,
         NormalAsGiven,
         ViewAsGiven,
@@ -410,16 +411,11 @@ impl Sampler<'_> {
             () => (1.0 - a) * ((1.0 - a).sqrt() + a),
         };
         let h = unit(sum(scaled(n, 1.0 - g), scaled(mirror, g)));
-        let at = if self.wrong(LobeByAlpha) { r * r } else { r } * 63.0;
-        let entry = (at as usize).min(62);
-        let f = at - entry as f64;
-        let lobe = |degree: usize| {
-            let (low, high) = (oracle::lobe(entry), oracle::lobe(entry + 1));
-            low[degree] * (1.0 - f) + high[degree] * f
-        };
-        let lobes = match self.wrong(LobeWithoutTable) {
-            true => [1.0; 3],
-            false => [1.0, lobe(0), lobe(1)],
+        let at = if self.wrong(LobeByAlpha) { r * r } else { r };
+        let lobes = match () {
+            () if self.wrong(LobeOfMirror) => [1.0; 3],
+            () if self.wrong(LobeOfCosine) => [1.0, 2.0 / 3.0, 0.25],
+            () => [1.0, 0.8 - 2.0 * at / 15.0, 0.5 - at / 4.0],
         };
         let mut cosine = [PI, 2.0 * PI / 3.0, PI / 4.0];
         if self.wrong(NoCosineLobe) {

@@ -144,8 +144,12 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     }
     match args.encode.model[..] {
         [Model::Points] => {}
-        [Model::Probes] => return probes::run(args),
-        _ => return Err(Error::Usage("chart one model at a time".into())),
+        _ if args.encode.model.contains(&Model::Probes) => return probes::run(args),
+        _ => {
+            return Err(Error::Usage(
+                "chart points, probes, or points,probes".into(),
+            ));
+        }
     }
     let scene = args.scene.open(true)?;
     files::create_folder(&args.output)?;

@@ -311,12 +311,12 @@ const RENDER: &[Effect] = &[
         options: &["fps"],
     },
     Effect {
-        needs: &[METHOD_POINTS],
+        needs: &[METHOD_POINTS, METHOD_PROBES],
         options: &["fallback"],
     },
     Effect {
         needs: &[METHOD_PROBES],
-        options: &["interpolation"],
+        options: &["interpolation", "occlusion"],
     },
     Effect {
         needs: &[RTAO],

@@ -15,7 +15,7 @@ use crate::measure::reference::{RAYS, mean_of_halves, rtao};
 use crate::points::client::PointsView;
 use crate::points::server::Options;
 use crate::render::gbuffer::Lookup;
-use crate::render::light::Interpolation;
+use crate::render::light::{Interpolation, OCCLUSION_STRENGTH};
 use crate::render::obscurance::{Baked, BakedAo};
 use crate::render::{Backend, Picture, Renderer, composite};
 use crate::scene::{CameraPose, Pose, Scene};
@@ -57,6 +57,11 @@ pub struct Args {
     /// How probes are interpolated.
     #[arg(long, default_value = "visibility-weighted", help_heading = "Method")]
     interpolation: Interpolation,
+    /// Strength, 0 to 1, of the stream's ambient occlusion of `points` on its light of probes, where it
+    /// has both.
+    #[arg(long, value_name = "SHARE", default_value_t = OCCLUSION_STRENGTH, value_parser = args::share,
+        help_heading = "Method")]
+    occlusion: f32,
     /// Frames a second that `--frame` counts in; the stream's if not given, 60 without a stream.
     #[arg(long, value_name = "RATE", help_heading = "Scene and view")]
     fps: Option<Rate>,

@@ -166,13 +166,13 @@ pub fn from_probes(
     )
 }
 
-/// The same by the baseline.
+/// The same by the baseline, whose glossy light is about the same direction.
 pub fn from_ddgi(ddgi: &Ddgi, surface: &Vertex) -> Indirect {
     let (n, v) = (surface.normal, surface.view);
-    let mirrored = 2.0 * n.dot(v) * n - v;
+    let about = ggx::lobe_direction(n, v, surface.bsdf.alpha.sqrt());
     let light = IncomingLight {
         irradiance: ddgi.irradiance(surface.position, n, v),
-        filtered: ddgi.glossy(surface.position, n, mirrored, v),
+        filtered: ddgi.glossy(surface.position, n, about, v),
     };
     shaded(surface, &light)
 }
@@ -225,10 +225,14 @@ fn shaded(surface: &Vertex, light: &IncomingLight) -> Indirect {
 /// The baseline on the probes of `volume` once its light has settled. Each bounce needs as many frames
 /// as the one before; forgetting fast at first, all of them are there before the `frames` that count.
 /// Returns the mean milliseconds of one of these, too.
+///
+/// `disabled` marks the probes inside geometry that light nothing; the rays of the others then end at
+/// backs of surfaces. Without, they pass them, and all probes are kept.
 pub fn settled_ddgi(
     paths: &PathTracer,
     volume: &Volume,
     server: &server::Options,
+    disabled: Option<Vec<bool>>,
     frames: u32,
     step: &dyn Fn(),
 ) -> (Ddgi, f64) {
@@ -238,10 +242,11 @@ pub fn settled_ddgi(
         dims: UVec3::from(volume.lattice.dims.map(u32::from)),
         rays: server.samples,
         hysteresis: 0.6,
-        cull_back_faces: true,
         seed: server.seed,
     });
-    let arrive = |origin, direction| ddgi_end(paths, origin, direction, true);
+    let through = disabled.is_none();
+    ddgi.disable(disabled.unwrap_or_default());
+    let arrive = |origin, direction| ddgi_end(paths, origin, direction, through);
     for _ in 0..WARM_UP {
         ddgi.update(arrive);
         step();
@@ -264,7 +269,8 @@ pub struct DecodedVolume {
     pub bytes_visibility: u64,
 }
 
-/// Encodes the server's state as one keyframe in `packing` and decodes it.
+/// Encodes the server's state as one keyframe in `packing` and decodes it. Sizes are those of the record under
+/// zstd, and what the visibility block adds to it.
 ///
 /// # Errors
 /// Those of the codec.
@@ -274,9 +280,13 @@ pub fn through_a_stream(source: &mut Source, packing: Packing) -> Result<Decoded
     let mut encoder = Encoder::new(EncoderConfig::default(), &mut bytes)?;
     encoder.group(&mut bytes, GroupStart::Keyframes)?;
     encoder.tracks(&mut bytes, &[source.track()])?;
+    let strongest = Compression::Zstd {
+        level: 19,
+        lazy: false,
+    };
     let start = bytes.len();
-    source.write_keyframe(&mut encoder, Compression::None, &mut bytes)?;
-    let bytes_first = source.bytes_of_light(source.sent(), Compression::None)?;
+    source.write_keyframe(&mut encoder, strongest, &mut bytes)?;
+    let bytes_first = source.bytes_of_light(source.sent(), strongest)?;
     let bytes_visibility = ((bytes.len() - start) as u64).saturating_sub(bytes_first);
     encoder.commit(&mut bytes, 0, None)?;
     encoder.end(&mut bytes)?;
@@ -300,9 +310,9 @@ pub fn through_a_stream(source: &mut Source, packing: Packing) -> Result<Decoded
     })
 }
 
-/// The end of a ray of the baseline's probes.
-pub fn ddgi_end(paths: &PathTracer, origin: Vec3, direction: Vec3, cull: bool) -> ddgi::End {
-    let (surface, back) = paths.first(origin, direction, cull);
+/// The end of a ray of the baseline's probes, which may go `through` backs of surfaces.
+pub fn ddgi_end(paths: &PathTracer, origin: Vec3, direction: Vec3, through: bool) -> ddgi::End {
+    let (surface, back) = paths.first(origin, direction, through);
     let Some(surface) = surface else {
         return ddgi::End {
             distance: f32::INFINITY,
@@ -320,7 +330,7 @@ pub fn ddgi_end(paths: &PathTracer, origin: Vec3, direction: Vec3, cull: bool) -
     ddgi::End {
         distance: surface.distance,
         // Rays that pass the backs of surfaces end at a front.
-        back_face: back && !cull,
+        back_face: back && !through,
         position: surface.position,
         normal: surface.normal,
         radiance: surface.emitted + paths.direct(&surface),
@@ -336,7 +346,7 @@ pub fn from_expansions(server: &Server, surface: &Vertex) -> Indirect {
     let volume = server.volume();
     let roughness = surface.bsdf.alpha.sqrt();
     let lobe = ggx::lobe(roughness);
-    let mirrored = sh::basis(ggx::lobe_direction(n, v, roughness));
+    let about = sh::basis(ggx::lobe_direction(n, v, roughness));
     let facing = sh::basis(n);
     let (mut irradiance, mut glossy, mut weights) = (Vec3::ZERO, Vec3::ZERO, 0.0);
     for corner in volume.lattice.corners(volume.to_grid(surface.position)) {
@@ -347,7 +357,10 @@ pub fn from_expansions(server: &Server, surface: &Vertex) -> Indirect {
         for (i, c) in server.radiance(corner.probe).iter().enumerate() {
             let degree = sh::degree_of(i);
             irradiance += *c * (corner.weight * sh::COSINE[degree] * facing[i]);
-            glossy += *c * (corner.weight * lobe[degree] * mirrored[i]);
+            // Above degree 2 the cosine's, of which the lobe is near.
+            let factor = lobe.get(degree).copied();
+            let factor = factor.unwrap_or(sh::COSINE[degree] / std::f32::consts::PI);
+            glossy += *c * (corner.weight * factor * about[i]);
         }
     }
     if weights <= 0.0 {

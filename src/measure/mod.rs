@@ -7,6 +7,7 @@
 //! - [`stress`]: scenes that break light from probes and baked obscurance, each swept over one parameter
 //! - [`difference`]: pictures of signed differences
 //! - [`light`]: pictures by indirect light from probes, and their scores
+//! - [`lobe`]: the glossy lobe against traced light
 //! - [`evaluate`]: a stream encoded, decoded and scored
 //! - [`mod@reference`]: the per-pixel ray-traced reference and scores against it
 //! - [`chart`], [`table`], [`report`]: SVG, CSV, HTML and JSON
@@ -17,6 +18,7 @@ pub mod difference;
 pub mod evaluate;
 pub mod flip;
 pub mod light;
+pub mod lobe;
 pub mod metrics;
 pub mod reference;
 pub mod report;

@@ -123,13 +123,13 @@ pub struct Material {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IncomingLight {
     pub irradiance: Vec3,
-    /// Radiance over the glossy lobe.
+    /// Mean radiance over the glossy lobe.
     pub filtered: Vec3,
 }
 
 /// Light that reaches a surface of unit normal `n` and of `roughness` 0 to 1, seen from unit
-/// direction `v`: irradiance about n, and the lobe's mean about [`ggx::lobe_direction`]. Where an
-/// expansion rings below zero, it counts as zero.
+/// direction `v`: irradiance about n, and the mean over the glossy lobe about [`ggx::lobe_direction`].
+/// Where an expansion rings below zero, it counts as zero.
 pub fn incoming_light(radiance: &L2, n: Vec3, v: Vec3, roughness: f32) -> IncomingLight {
     let direction = ggx::lobe_direction(n, v, roughness);
     let filtered = sh::convolved(radiance, &ggx::lobe(roughness), direction);

@@ -49,9 +49,32 @@ pub enum Source<'a> {
     Probes {
         volumes: &'a [ProbesVolume<'a>],
         interpolation: Interpolation,
+        /// Darkens the light of probes where they see no detail.
+        occlusion: Option<Occlusion<'a>>,
     },
     /// Another method has found it, a value a pixel.
     Supplied(&'a [Indirect]),
+}
+
+/// Strength of ambient occlusion on the light of probes that is right on average
+/// (`dapple chart --model points,probes`).
+pub const OCCLUSION_STRENGTH: f32 = 0.5;
+
+/// Ambient occlusion of another model on the light of probes. Probes know what is a spacing away; of
+/// what is nearer, AO of a short distance knows. Diffuse and glossy light are multiplied alike.
+#[derive(Clone, Copy, Debug)]
+pub struct Occlusion<'a> {
+    /// A value a pixel, 1 where nothing is near.
+    pub ao: &'a [f32],
+    /// 0 to 1: none of it to all of it, usually [`OCCLUSION_STRENGTH`].
+    pub strength: f32,
+}
+
+impl Occlusion<'_> {
+    /// The factor on the indirect light of a pixel.
+    pub fn factor(&self, pixel: usize) -> f32 {
+        1.0 - self.strength * (1.0 - self.ao.get(pixel).copied().unwrap_or(1.0))
+    }
 }
 
 /// Linear radiance towards the eye by where it comes from, one value a pixel, row by row from the
@@ -111,7 +134,8 @@ pub(super) struct Pixel {
     pub normal: [f32; 3],
     pub metallic: f32,
     pub base_color: [f32; 3],
-    pub pad: u32,
+    /// Factor on indirect light: [`Occlusion::factor`].
+    pub open: f32,
 }
 
 /// No volume lights it. SHARED with `light.wgsl`.
@@ -123,22 +147,37 @@ pub(super) const SKY: u32 = u32::MAX - 1;
 pub(super) fn check(gbuffer: &GBuffer, source: &Source) -> Result<()> {
     match source {
         Source::None => Ok(()),
-        Source::Probes { volumes, .. } => volumes.iter().try_for_each(ProbesVolume::check),
+        Source::Probes {
+            volumes, occlusion, ..
+        } => {
+            volumes.iter().try_for_each(ProbesVolume::check)?;
+            match occlusion {
+                Some(o) if o.ao.len() != gbuffer.fragments.len() => {
+                    Err(misfit("ambient occlusion", o.ao.len(), gbuffer))
+                }
+                _ => Ok(()),
+            }
+        }
         Source::Supplied(light) if light.len() == gbuffer.fragments.len() => Ok(()),
-        Source::Supplied(light) => Err(Error::Invalid(format!(
-            "indirect light of {} pixels does not fit a picture of {}",
-            light.len(),
-            gbuffer.fragments.len()
-        ))),
+        Source::Supplied(light) => Err(misfit("indirect light", light.len(), gbuffer)),
     }
 }
 
+fn misfit(what: &str, pixels: usize, gbuffer: &GBuffer) -> Error {
+    Error::Invalid(format!(
+        "{what} of {pixels} pixels does not fit a picture of {}",
+        gbuffer.fragments.len()
+    ))
+}
+
 pub(super) fn pixels(gbuffer: &GBuffer, source: &Source) -> Vec<Pixel> {
-    let volumes = match source {
-        Source::Probes { volumes, .. } => *volumes,
-        _ => &[],
+    let (volumes, occlusion) = match source {
+        Source::Probes {
+            volumes, occlusion, ..
+        } => (*volumes, *occlusion),
+        _ => (&[][..], None),
     };
-    let pixel = |f: &Fragment| Pixel {
+    let pixel = |(i, f): (usize, &Fragment)| Pixel {
         position: f.position.to_array(),
         volume: if f.instance == NONE || f.unlit {
             SKY
@@ -150,9 +189,14 @@ pub(super) fn pixels(gbuffer: &GBuffer, source: &Source) -> Vec<Pixel> {
         normal: f.normal.to_array(),
         metallic: f.metallic,
         base_color: f.base_color.to_array(),
-        pad: 0,
+        open: occlusion.map_or(1.0, |o| o.factor(i)),
     };
-    gbuffer.fragments.par_iter().map(pixel).collect()
+    gbuffer
+        .fragments
+        .par_iter()
+        .enumerate()
+        .map(pixel)
+        .collect()
 }
 
 /// Emission of what is seen, and the sky.
@@ -229,17 +273,22 @@ pub(super) fn indirect(
     let n = seen_normal(pixel.normal.into(), v);
     let grid = &volume.grid_from_world;
     let x = grid.transform_point3(position);
-    let (n, v) = (grid.transform_vector3(n), grid.transform_vector3(v));
+    let [n, v, facing] = [n, v, pixel.geometric_normal.into()].map(|d| grid.transform_vector3(d));
     let radiance = match interpolation {
         Interpolation::Trilinear => sample::trilinear(field, x),
-        Interpolation::VisibilityWeighted => sample::visibility_weighted(field, x, n, v),
+        // Which probes see a place is a matter of geometry, not of a normal map.
+        Interpolation::VisibilityWeighted => sample::visibility_weighted(field, x, facing, v),
     };
     let material = Material {
         base_color: pixel.base_color.into(),
         metallic: pixel.metallic,
         roughness: pixel.roughness,
     };
-    sample::shade(&radiance, &material, n, v)
+    let Indirect { diffuse, glossy } = sample::shade(&radiance, &material, n, v);
+    Indirect {
+        diffuse: diffuse * pixel.open,
+        glossy: glossy * pixel.open,
+    }
 }
 
 /// Light of all pixels on the CPU: direct, then diffuse and glossy.
@@ -261,6 +310,7 @@ pub(super) fn on_cpu(
         Source::Probes {
             volumes,
             interpolation,
+            ..
         } => {
             let clock = std::time::Instant::now();
             let fields: Vec<_> = volumes.iter().map(ProbesVolume::field).collect();

@@ -33,7 +33,8 @@ struct Pixel {
     normal: vec3f,
     metallic: f32,
     base_color: vec3f,
-    pad: u32,
+    // Factor on indirect light.
+    open: f32,
 }
 
 // 64 bytes.
@@ -179,11 +180,13 @@ fn indirect(@builtin(global_invocation_id) id: vec3u) {
     let grid_v = volume.grid_from_world * vec4f(v, 0.0);
     var radiance: DappleProbesL2;
     if pass_.interpolation == RESISTANT {
-        radiance = dapple_probes_visibility_weighted(volume, x, grid_n, grid_v);
+        // Which probes see a place is a matter of geometry, not of a normal map.
+        let facing = volume.grid_from_world * vec4f(p.geometric_normal, 0.0);
+        radiance = dapple_probes_visibility_weighted(volume, x, facing, grid_v);
     } else {
         radiance = dapple_probes_trilinear(volume, x);
     }
     let light = dapple_probes_shade(radiance, p.base_color, p.metallic, p.roughness, grid_n, grid_v);
-    results[at].diffuse = light.diffuse;
-    results[at].glossy = light.glossy;
+    results[at].diffuse = light.diffuse * p.open;
+    results[at].glossy = light.glossy * p.open;
 }

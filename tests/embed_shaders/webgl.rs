@@ -8,7 +8,7 @@ mod vertices;
 
 use bytemuck::{bytes_of, cast_slice};
 use dapple::codec::Decoder;
-use dapple::probes::ggx::{ENVIRONMENT, LOBE};
+use dapple::probes::ggx::ENVIRONMENT;
 use dapple_conformance::vector::Vector;
 use serde_json::{Value, json};
 

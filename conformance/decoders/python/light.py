@@ -21,30 +21,6 @@ DEGREES = (0, 1, 1, 1, 2, 2, 2, 2, 2)
 # [B-077]: what the cosine of a surface leaves of each degree.
 COSINE = (math.pi, 2 * math.pi / 3, math.pi / 4)
 
-# [B-078]: k_1 and k_2 of the roughness i / 63.
-LOBES = [
-    tuple(float(number) for number in pair.split())
-    for pair in """
-    1.0000000 1.0000000, 0.9999982 0.9999948, 0.9999774 0.9999338, 0.9999024 0.9997150,
-    0.9997290 0.9992114, 0.9994089 0.9982862, 0.9988934 0.9968032, 0.9981354 0.9946335,
-    0.9970914 0.9916608, 0.9957225 0.9877843, 0.9939952 0.9829212, 0.9918820 0.9770076,
-    0.9893617 0.9699990, 0.9864188 0.9618700, 0.9830443 0.9526133, 0.9792346 0.9422385,
-    0.9749915 0.9307708, 0.9703219 0.9182492, 0.9652370 0.9047246, 0.9597521 0.8902581,
-    0.9538857 0.8749193, 0.9476595 0.8587843, 0.9410975 0.8419341, 0.9342259 0.8244532,
-    0.9270723 0.8064279, 0.9196654 0.7879451, 0.9120347 0.7690913, 0.9042101 0.7499513,
-    0.8962216 0.7306073, 0.8880990 0.7111387, 0.8798714 0.6916208, 0.8715675 0.6721246,
-    0.8632150 0.6527167, 0.8548403 0.6334586, 0.8464690 0.6144066, 0.8381248 0.5956121,
-    0.8298306 0.5771210, 0.8216072 0.5589744, 0.8134743 0.5412081, 0.8054498 0.5238531,
-    0.7975498 0.5069358, 0.7897892 0.4904780, 0.7821810 0.4744974, 0.7747367 0.4590076,
-    0.7674663 0.4440189, 0.7603782 0.4295377, 0.7534796 0.4155676, 0.7467762 0.4021095,
-    0.7402723 0.3891614, 0.7339712 0.3767193, 0.7278750 0.3647772, 0.7219846 0.3533273,
-    0.7163002 0.3423601, 0.7108210 0.3318652, 0.7055453 0.3218307, 0.7004708 0.3122442,
-    0.6955946 0.3030922, 0.6909132 0.2943610, 0.6864225 0.2860364, 0.6821183 0.2781037,
-    0.6779957 0.2705484, 0.6740497 0.2633558, 0.6702752 0.2565112, 0.6666667 0.2500000
-    """.split(",")
-]
-assert len(LOBES) == 64
-
 
 class Light:
     """The probes of a track, ready for queries."""
@@ -64,10 +40,10 @@ class Light:
         x, the unit normal and the unit direction to the viewer are in grid space.
         """
         coefficients = self.mean(self.weights(x, normal, view, interpolation))
-        k_1, k_2 = lobe(roughness)
         irradiance = project(coefficients, COSINE, normal)
-        radiance = project(coefficients, (1.0, k_1, k_2), lobe_direction(normal, view, roughness))
-        return irradiance, radiance
+        about = lobe_direction(normal, view, roughness)
+        factors = (1.0, 4 / 5 - 2 * roughness / 15, 1 / 2 - roughness / 4)  # [B-078]
+        return irradiance, project(coefficients, factors, about)
 
     # ---- Interpolation (sections 12.1 and 12.2) ----
 
@@ -230,15 +206,6 @@ def project(
         max(0.0, sum(factors[DEGREES[lm]] * coefficients[lm][c] * functions[lm] for lm in range(9)))
         for c in range(3)
     ]
-
-
-def lobe(roughness: float) -> tuple[float, float]:
-    """[B-078]: k_1 and k_2."""
-    at = roughness * 63
-    entry = min(math.floor(at), 62)
-    f = at - entry
-    k_1, k_2 = ((1 - f) * low + f * high for low, high in zip(LOBES[entry], LOBES[entry + 1]))
-    return k_1, k_2
 
 
 def lobe_direction(normal: Vector, view: Vector, roughness: float) -> Vector:

@@ -653,26 +653,6 @@ def test_basis() -> None:
     assert all(abs(a - b) < 1e-6 for a, b in zip(light.basis((x, y, z)), table, strict=True))
 
 
-def test_lobes() -> None:
-    """The table of section 12.5 against its integral; at the roughness 0 that has none."""
-    assert light.LOBES[0] == (1.0, 1.0) == light.lobe(0)
-    assert light.lobe(1) == light.LOBES[63]
-    count = 4000
-    for i in range(1, 64):
-        a_2 = (i / 63) ** 4
-        sums = [0.0] * 4
-        lowest = math.log(a_2)  # x = 1 - t, and steps even in log(a^2 + t), as the peak is at t = 0
-        step = (math.log(1 + a_2) - lowest) / count
-        for at in range(count):
-            t = math.exp(lowest + (at + 0.5) * step) - a_2
-            x = 1 - t
-            weight = (a_2 + t) * step / (1 + a_2 + (a_2 - 1) * x) ** 2
-            for j in range(4):
-                sums[j] += weight * x**j
-        k_1, k_2 = sums[2] / sums[1], (3 * sums[3] / sums[1] - 1) / 2
-        assert abs(k_1 - light.LOBES[i][0]) < 1e-6 and abs(k_2 - light.LOBES[i][1]) < 1e-6, i
-
-
 def test_lobe_direction() -> None:
     """[B-079]: the mirror direction, the normal, and in their plane between."""
     rng = random.Random(2)

@@ -14,8 +14,7 @@ Texture3D<float4> DapplePlaneE;
 Texture3D<float4> DapplePlaneF;
 Texture3D<float4> DapplePlaneG;
 SamplerState dapple_linear_clamp_sampler;
-// `tables/lobes.f32` and `tables/environments.f32`.
-StructuredBuffer<float4> DappleLobes;
+// `tables/environments.f32`.
 StructuredBuffer<float2> DappleEnvironments;
 
 ret_dapple_probes_filtered dapple_probes_filtered(float3 uvw) {
@@ -30,8 +29,6 @@ ret_dapple_probes_filtered dapple_probes_filtered(float3 uvw) {
     };
     return values;
 }
-
-float4 dapple_probes_lobe_entry(uint entry) { return DappleLobes[entry]; }
 
 float2 dapple_probes_environment_entry(uint entry) { return DappleEnvironments[entry]; }
 

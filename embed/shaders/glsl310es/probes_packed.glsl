@@ -25,7 +25,8 @@ const float DAPPLE_PROBES_UNSEEN = 1e-6;
 const float DAPPLE_PROBES_ABSENT = 1e-12;
 const float DAPPLE_PROBES_CRUSH = 0.2;
 const float DAPPLE_PROBES_DIELECTRIC = 0.04;
-const float DAPPLE_PROBES_LOBE_ENTRIES = 64.0;
+const vec3 DAPPLE_PROBES_LOBE_SMOOTH = vec3(1.0, 0.8, 0.5);
+const vec3 DAPPLE_PROBES_LOBE_ROUGH = vec3(1.0, 0.6666667, 0.25);
 const float DAPPLE_PROBES_ENVIRONMENT_SIDE = 32.0;
 const vec3 DAPPLE_PROBES_COSINE = vec3(3.1415927, 2.0943952, 0.7853982);
 const float DAPPLE_PROBES_SHIFT = 2.0;
@@ -33,19 +34,18 @@ const float DAPPLE_PROBES_SHIFT_20_ = 2.25;
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 12) uniform highp sampler3D dapple_probes_light_a;
-layout(binding = 13) uniform highp sampler3D dapple_probes_light_b;
-layout(binding = 14) uniform highp sampler3D dapple_probes_light_c;
-layout(binding = 15) uniform highp sampler3D dapple_probes_light_d;
-layout(binding = 16) uniform highp sampler3D dapple_probes_light_e;
-layout(binding = 17) uniform highp sampler3D dapple_probes_light_f;
-layout(binding = 18) uniform highp sampler3D dapple_probes_light_g;
-layout(binding = 19) uniform highp sampler3D dapple_probes_light_h;
-layout(binding = 20) uniform highp sampler3D dapple_probes_light_i;
+layout(binding = 255) uniform highp sampler3D dapple_probes_light_a;
+layout(binding = 12) uniform highp sampler3D dapple_probes_light_b;
+layout(binding = 13) uniform highp sampler3D dapple_probes_light_c;
+layout(binding = 14) uniform highp sampler3D dapple_probes_light_d;
+layout(binding = 15) uniform highp sampler3D dapple_probes_light_e;
+layout(binding = 16) uniform highp sampler3D dapple_probes_light_f;
+layout(binding = 17) uniform highp sampler3D dapple_probes_light_g;
+layout(binding = 18) uniform highp sampler3D dapple_probes_light_h;
+layout(binding = 19) uniform highp sampler3D dapple_probes_light_i;
 layout(binding = 4) uniform highp usampler2D dapple_probes_presence;
 layout(binding = 5) uniform highp usampler2D dapple_probes_blocks;
-layout(binding = 6) uniform highp sampler2D dapple_probes_lobes;
-layout(binding = 7) uniform highp sampler2D dapple_probes_environments;
+layout(binding = 6) uniform highp sampler2D dapple_probes_environments;
 vec4[7] dapple_probes_unpack(vec3 texels[9]) {
     vec3 l = texels[0];
     vec3 shift = (l * DAPPLE_PROBES_SHIFT);
@@ -97,12 +97,8 @@ vec4[7] dapple_probes_values(DappleProbesVolume volume_4, uint probe_3) {
     vec4 _e52[7] = dapple_probes_unpack(vec3[9](_e17.xyz, _e21.xyz, _e25.xyz, _e29.xyz, _e33.xyz, _e37.xyz, _e41.xyz, _e45.xyz, _e49.xyz));
     return _e52;
 }
-vec4 dapple_probes_lobe_entry(uint entry) {
-    vec4 _e5 = texelFetch(dapple_probes_lobes, ivec2(uvec2(entry, 0u)), 0);
-    return _e5;
-}
-vec2 dapple_probes_environment_entry(uint entry_1) {
-    vec4 _e7 = texelFetch(dapple_probes_environments, ivec2(uvec2((entry_1 % 32u), (entry_1 / 32u))), 0);
+vec2 dapple_probes_environment_entry(uint entry) {
+    vec4 _e7 = texelFetch(dapple_probes_environments, ivec2(uvec2((entry % 32u), (entry / 32u))), 0);
     return _e7.xy;
 }
 
@@ -112,8 +108,7 @@ vec4[7] dapple_probes_filtered(vec3 uvw);
 bool dapple_probes_present(uint probe);
 uvec2 dapple_probes_visibility(uint texel);
 vec4[7] dapple_probes_values(DappleProbesVolume volume_4, uint probe_3);
-vec4 dapple_probes_lobe_entry(uint entry);
-vec2 dapple_probes_environment_entry(uint entry_1);
+vec2 dapple_probes_environment_entry(uint entry);
 #endif
 
 vec3[9] dapple_probes_expansion(vec4 v[7]) {
@@ -416,36 +411,31 @@ vec3 dapple_probes_convolved(vec3 c[9], vec3 factors, vec3 d_1) {
 }
 
 vec3 dapple_probes_lobe(float roughness) {
-    float at_5 = (clamp(roughness, 0.0, 1.0) * 63.0);
-    uint entry_2 = min(uint(at_5), 62u);
-    float f_4 = (at_5 - float(entry_2));
-    vec4 _e11 = dapple_probes_lobe_entry(entry_2);
-    vec2 a_1 = _e11.xy;
-    vec4 _e15 = dapple_probes_lobe_entry((entry_2 + 1u));
-    return vec3(1.0, (a_1 + ((_e15.xy - a_1) * f_4)));
+    float share = clamp(roughness, 0.0, 1.0);
+    return (DAPPLE_PROBES_LOBE_SMOOTH + (vec3(0.0, -0.13333333, -0.25) * share));
 }
 
 vec2 dapple_probes_environment(float n_v, float roughness_1) {
-    vec2 at_6 = (clamp(vec2(sqrt(max(n_v, 0.0)), roughness_1), vec2(0.0), vec2(1.0)) * 31.0);
-    uvec2 cell = min(uvec2(at_6), uvec2(30u));
-    vec2 f_5 = (at_6 - vec2(cell));
+    vec2 at_5 = (clamp(vec2(sqrt(max(n_v, 0.0)), roughness_1), vec2(0.0), vec2(1.0)) * 31.0);
+    uvec2 cell = min(uvec2(at_5), uvec2(30u));
+    vec2 f_4 = (at_5 - vec2(cell));
     uint first = ((cell.y * 32u) + cell.x);
     uint second = (first + 32u);
     vec2 _e25 = dapple_probes_environment_entry(first);
     vec2 _e28 = dapple_probes_environment_entry((first + 1u));
-    vec2 low = (_e25 + ((_e28 - _e25) * f_5.x));
+    vec2 low = (_e25 + ((_e28 - _e25) * f_4.x));
     vec2 _e33 = dapple_probes_environment_entry(second);
     vec2 _e36 = dapple_probes_environment_entry((second + 1u));
-    vec2 high = (_e33 + ((_e36 - _e33) * f_5.x));
-    return (low + ((high - low) * f_5.y));
+    vec2 high = (_e33 + ((_e36 - _e33) * f_4.x));
+    return (low + ((high - low) * f_4.y));
 }
 
 vec3 dapple_probes_lobe_direction(vec3 n_2, vec3 v_2, float roughness_2) {
     vec3 mirror = ((n_2 * (2.0 * dot(n_2, v_2))) - v_2);
     float alpha = clamp((roughness_2 * roughness_2), 0.0, 1.0);
     float smooth_ = (1.0 - alpha);
-    float share = (smooth_ * (sqrt(smooth_) + alpha));
-    vec3 d_3 = (n_2 + ((mirror - n_2) * share));
+    float share_1 = (smooth_ * (sqrt(smooth_) + alpha));
+    vec3 d_3 = (n_2 + ((mirror - n_2) * share_1));
     float size = length(d_3);
     return ((size > 1e-30) ? (d_3 / vec3(size)) : n_2);
 }

@@ -25,23 +25,23 @@ const float DAPPLE_PROBES_UNSEEN = 1e-6;
 const float DAPPLE_PROBES_ABSENT = 1e-12;
 const float DAPPLE_PROBES_CRUSH = 0.2;
 const float DAPPLE_PROBES_DIELECTRIC = 0.04;
-const float DAPPLE_PROBES_LOBE_ENTRIES = 64.0;
+const vec3 DAPPLE_PROBES_LOBE_SMOOTH = vec3(1.0, 0.8, 0.5);
+const vec3 DAPPLE_PROBES_LOBE_ROUGH = vec3(1.0, 0.6666667, 0.25);
 const float DAPPLE_PROBES_ENVIRONMENT_SIDE = 32.0;
 const vec3 DAPPLE_PROBES_COSINE = vec3(3.1415927, 2.0943952, 0.7853982);
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 12) uniform sampler3D dapple_probes_plane_a;
-layout(binding = 13) uniform sampler3D dapple_probes_plane_b;
-layout(binding = 14) uniform sampler3D dapple_probes_plane_c;
-layout(binding = 15) uniform sampler3D dapple_probes_plane_d;
-layout(binding = 16) uniform sampler3D dapple_probes_plane_e;
-layout(binding = 17) uniform sampler3D dapple_probes_plane_f;
-layout(binding = 18) uniform sampler3D dapple_probes_plane_g;
+layout(binding = 255) uniform sampler3D dapple_probes_plane_a;
+layout(binding = 12) uniform sampler3D dapple_probes_plane_b;
+layout(binding = 13) uniform sampler3D dapple_probes_plane_c;
+layout(binding = 14) uniform sampler3D dapple_probes_plane_d;
+layout(binding = 15) uniform sampler3D dapple_probes_plane_e;
+layout(binding = 16) uniform sampler3D dapple_probes_plane_f;
+layout(binding = 17) uniform sampler3D dapple_probes_plane_g;
 layout(binding = 4) uniform usampler2D dapple_probes_presence;
 layout(binding = 5) uniform usampler2D dapple_probes_blocks;
-layout(binding = 6) uniform sampler2D dapple_probes_lobes;
-layout(binding = 7) uniform sampler2D dapple_probes_environments;
+layout(binding = 6) uniform sampler2D dapple_probes_environments;
 vec4[7] dapple_probes_filtered(vec3 uvw) {
     vec4 _e4 = textureLod(dapple_probes_plane_a, vec3(uvw), 0.0);
     vec4 _e8 = textureLod(dapple_probes_plane_b, vec3(uvw), 0.0);
@@ -74,12 +74,8 @@ vec4[7] dapple_probes_values(DappleProbesVolume volume_4, uint probe_3) {
     vec4 _e35 = texelFetch(dapple_probes_plane_g, ivec3(at_3), 0);
     return vec4[7](_e17, _e20, _e23, _e26, _e29, _e32, _e35);
 }
-vec4 dapple_probes_lobe_entry(uint entry) {
-    vec4 _e5 = texelFetch(dapple_probes_lobes, ivec2(uvec2(entry, 0u)), 0);
-    return _e5;
-}
-vec2 dapple_probes_environment_entry(uint entry_1) {
-    vec4 _e7 = texelFetch(dapple_probes_environments, ivec2(uvec2((entry_1 % 32u), (entry_1 / 32u))), 0);
+vec2 dapple_probes_environment_entry(uint entry) {
+    vec4 _e7 = texelFetch(dapple_probes_environments, ivec2(uvec2((entry % 32u), (entry / 32u))), 0);
     return _e7.xy;
 }
 
@@ -88,8 +84,7 @@ vec4[7] dapple_probes_filtered(vec3 uvw);
 bool dapple_probes_present(uint probe);
 uvec2 dapple_probes_visibility(uint texel);
 vec4[7] dapple_probes_values(DappleProbesVolume volume_4, uint probe_3);
-vec4 dapple_probes_lobe_entry(uint entry);
-vec2 dapple_probes_environment_entry(uint entry_1);
+vec2 dapple_probes_environment_entry(uint entry);
 #endif
 
 vec3[9] dapple_probes_expansion(vec4 v[7]) {
@@ -392,36 +387,31 @@ vec3 dapple_probes_convolved(vec3 c[9], vec3 factors, vec3 d_1) {
 }
 
 vec3 dapple_probes_lobe(float roughness) {
-    float at_5 = (clamp(roughness, 0.0, 1.0) * 63.0);
-    uint entry_2 = min(uint(at_5), 62u);
-    float f_3 = (at_5 - float(entry_2));
-    vec4 _e11 = dapple_probes_lobe_entry(entry_2);
-    vec2 a = _e11.xy;
-    vec4 _e15 = dapple_probes_lobe_entry((entry_2 + 1u));
-    return vec3(1.0, (a + ((_e15.xy - a) * f_3)));
+    float share = clamp(roughness, 0.0, 1.0);
+    return (DAPPLE_PROBES_LOBE_SMOOTH + (vec3(0.0, -0.13333333, -0.25) * share));
 }
 
 vec2 dapple_probes_environment(float n_v, float roughness_1) {
-    vec2 at_6 = (clamp(vec2(sqrt(max(n_v, 0.0)), roughness_1), vec2(0.0), vec2(1.0)) * 31.0);
-    uvec2 cell = min(uvec2(at_6), uvec2(30u));
-    vec2 f_4 = (at_6 - vec2(cell));
+    vec2 at_5 = (clamp(vec2(sqrt(max(n_v, 0.0)), roughness_1), vec2(0.0), vec2(1.0)) * 31.0);
+    uvec2 cell = min(uvec2(at_5), uvec2(30u));
+    vec2 f_3 = (at_5 - vec2(cell));
     uint first = ((cell.y * 32u) + cell.x);
     uint second = (first + 32u);
     vec2 _e25 = dapple_probes_environment_entry(first);
     vec2 _e28 = dapple_probes_environment_entry((first + 1u));
-    vec2 low = (_e25 + ((_e28 - _e25) * f_4.x));
+    vec2 low = (_e25 + ((_e28 - _e25) * f_3.x));
     vec2 _e33 = dapple_probes_environment_entry(second);
     vec2 _e36 = dapple_probes_environment_entry((second + 1u));
-    vec2 high = (_e33 + ((_e36 - _e33) * f_4.x));
-    return (low + ((high - low) * f_4.y));
+    vec2 high = (_e33 + ((_e36 - _e33) * f_3.x));
+    return (low + ((high - low) * f_3.y));
 }
 
 vec3 dapple_probes_lobe_direction(vec3 n_2, vec3 v_2, float roughness_2) {
     vec3 mirror = ((n_2 * (2.0 * dot(n_2, v_2))) - v_2);
     float alpha = clamp((roughness_2 * roughness_2), 0.0, 1.0);
     float smooth_ = (1.0 - alpha);
-    float share = (smooth_ * (sqrt(smooth_) + alpha));
-    vec3 d_2 = (n_2 + ((mirror - n_2) * share));
+    float share_1 = (smooth_ * (sqrt(smooth_) + alpha));
+    vec3 d_2 = (n_2 + ((mirror - n_2) * share_1));
     float size = length(d_2);
     return ((size > 1e-30) ? (d_2 / vec3(size)) : n_2);
 }

@@ -33,7 +33,8 @@ static const float DAPPLE_PROBES_UNSEEN = 1e-6;
 static const float DAPPLE_PROBES_ABSENT = 1e-12;
 static const float DAPPLE_PROBES_CRUSH = 0.2;
 static const float DAPPLE_PROBES_DIELECTRIC = 0.04;
-static const float DAPPLE_PROBES_LOBE_ENTRIES = 64.0;
+static const float3 DAPPLE_PROBES_LOBE_SMOOTH = float3(1.0, 0.8, 0.5);
+static const float3 DAPPLE_PROBES_LOBE_ROUGH = float3(1.0, 0.6666667, 0.25);
 static const float DAPPLE_PROBES_ENVIRONMENT_SIDE = 32.0;
 static const float3 DAPPLE_PROBES_COSINE = float3(3.1415927, 2.0943952, 0.7853982);
 typedef float3 dapple_probes_ret_Constructarray9_float3_[9];
@@ -74,9 +75,6 @@ uint3 dapple_probes_naga_f2u32(float3 value) {
     return uint3(clamp(value, 0.0, 4294967000.0));
 }
 typedef float3 ret_dapple_probes_visibility_weighted[9];
-uint dapple_probes_naga_f2u32(float value) {
-    return uint(clamp(value, 0.0, 4294967000.0));
-}
 uint2 dapple_probes_naga_f2u32(float2 value) {
     return uint2(clamp(value, 0.0, 4294967000.0));
 }
@@ -89,18 +87,17 @@ DappleProbesIncomingLight dapple_probes_ConstructDappleProbesIncomingLight(float
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-Texture3D<float4> dapple_probes_plane_a : register(t7);
+Texture3D<float4> dapple_probes_plane_a : register(t6);
 SamplerState dapple_probes_filtering : register(s6);
-Texture3D<float4> dapple_probes_plane_b : register(t8);
-Texture3D<float4> dapple_probes_plane_c : register(t9);
-Texture3D<float4> dapple_probes_plane_d : register(t10);
-Texture3D<float4> dapple_probes_plane_e : register(t11);
-Texture3D<float4> dapple_probes_plane_f : register(t12);
-Texture3D<float4> dapple_probes_plane_g : register(t13);
+Texture3D<float4> dapple_probes_plane_b : register(t7);
+Texture3D<float4> dapple_probes_plane_c : register(t8);
+Texture3D<float4> dapple_probes_plane_d : register(t9);
+Texture3D<float4> dapple_probes_plane_e : register(t10);
+Texture3D<float4> dapple_probes_plane_f : register(t11);
+Texture3D<float4> dapple_probes_plane_g : register(t12);
 Texture2D<uint4> dapple_probes_presence : register(t2);
 Texture2D<uint4> dapple_probes_blocks : register(t3);
-Texture2D<float4> dapple_probes_lobes : register(t4);
-Texture2D<float4> dapple_probes_environments : register(t5);
+Texture2D<float4> dapple_probes_environments : register(t4);
 ret_dapple_probes_filtered dapple_probes_filtered(float3 uvw)
 {
     float4 _e4 = dapple_probes_plane_a.SampleLevel(dapple_probes_filtering, uvw, 0.0);
@@ -137,14 +134,9 @@ ret_dapple_probes_values dapple_probes_values(DappleProbesVolume volume_4, uint 
     float4 _e35 = dapple_probes_plane_g.Load(int4(at_3, int(0)));
     return dapple_probes_Constructarray7_float4_(_e17, _e20, _e23, _e26, _e29, _e32, _e35);
 }
-float4 dapple_probes_lobe_entry(uint entry)
+float2 dapple_probes_environment_entry(uint entry)
 {
-    float4 _e5 = dapple_probes_lobes.Load(int3(uint2(entry, 0u), int(0)));
-    return _e5;
-}
-float2 dapple_probes_environment_entry(uint entry_1)
-{
-    float4 _e7 = dapple_probes_environments.Load(int3(uint2(dapple_probes_naga_mod(entry_1, 32u), dapple_probes_naga_div(entry_1, 32u)), int(0)));
+    float4 _e7 = dapple_probes_environments.Load(int3(uint2(dapple_probes_naga_mod(entry, 32u), dapple_probes_naga_div(entry, 32u)), int(0)));
     return _e7.xy;
 }
 
@@ -153,8 +145,7 @@ ret_dapple_probes_filtered dapple_probes_filtered(float3 uvw);
 bool dapple_probes_present(uint probe);
 uint2 dapple_probes_visibility(uint texel);
 ret_dapple_probes_values dapple_probes_values(DappleProbesVolume volume_4, uint probe_3);
-float4 dapple_probes_lobe_entry(uint entry);
-float2 dapple_probes_environment_entry(uint entry_1);
+float2 dapple_probes_environment_entry(uint entry);
 #endif
 
 ret_dapple_probes_expansion dapple_probes_expansion(float4 v[7])
@@ -472,29 +463,24 @@ float3 dapple_probes_convolved(float3 c[9], float3 factors, float3 d_1)
 
 float3 dapple_probes_lobe(float roughness)
 {
-    float at_5 = (clamp(roughness, 0.0, 1.0) * 63.0);
-    uint entry_2 = min(dapple_probes_naga_f2u32(at_5), 62u);
-    float f_3 = (at_5 - float(entry_2));
-    const float4 _e11 = dapple_probes_lobe_entry(entry_2);
-    float2 a = _e11.xy;
-    const float4 _e15 = dapple_probes_lobe_entry((entry_2 + 1u));
-    return float3(1.0, (a + ((_e15.xy - a) * f_3)));
+    float share = clamp(roughness, 0.0, 1.0);
+    return (DAPPLE_PROBES_LOBE_SMOOTH + (float3(0.0, -0.13333333, -0.25) * share));
 }
 
 float2 dapple_probes_environment(float n_v, float roughness_1)
 {
-    float2 at_6 = (clamp(float2(sqrt(max(n_v, 0.0)), roughness_1), (0.0).xx, (1.0).xx) * 31.0);
-    uint2 cell = min(dapple_probes_naga_f2u32(at_6), (30u).xx);
-    float2 f_4 = (at_6 - float2(cell));
+    float2 at_5 = (clamp(float2(sqrt(max(n_v, 0.0)), roughness_1), (0.0).xx, (1.0).xx) * 31.0);
+    uint2 cell = min(dapple_probes_naga_f2u32(at_5), (30u).xx);
+    float2 f_3 = (at_5 - float2(cell));
     uint first = ((cell.y * 32u) + cell.x);
     uint second = (first + 32u);
     const float2 _e25 = dapple_probes_environment_entry(first);
     const float2 _e28 = dapple_probes_environment_entry((first + 1u));
-    float2 low = (_e25 + ((_e28 - _e25) * f_4.x));
+    float2 low = (_e25 + ((_e28 - _e25) * f_3.x));
     const float2 _e33 = dapple_probes_environment_entry(second);
     const float2 _e36 = dapple_probes_environment_entry((second + 1u));
-    float2 high = (_e33 + ((_e36 - _e33) * f_4.x));
-    return (low + ((high - low) * f_4.y));
+    float2 high = (_e33 + ((_e36 - _e33) * f_3.x));
+    return (low + ((high - low) * f_3.y));
 }
 
 float3 dapple_probes_lobe_direction(float3 n_2, float3 v_2, float roughness_2)
@@ -502,8 +488,8 @@ float3 dapple_probes_lobe_direction(float3 n_2, float3 v_2, float roughness_2)
     float3 mirror = ((n_2 * (2.0 * dot(n_2, v_2))) - v_2);
     float alpha = clamp((roughness_2 * roughness_2), 0.0, 1.0);
     float smooth = (1.0 - alpha);
-    float share = (smooth * (sqrt(smooth) + alpha));
-    float3 d_2 = (n_2 + ((mirror - n_2) * share));
+    float share_1 = (smooth * (sqrt(smooth) + alpha));
+    float3 d_2 = (n_2 + ((mirror - n_2) * share_1));
     float size = length(d_2);
     return ((size > 1e-30) ? (d_2 / (size).xxx) : n_2);
 }

@@ -35,7 +35,8 @@ constant float DAPPLE_PROBES_UNSEEN = 0.000001;
 constant float DAPPLE_PROBES_ABSENT = 0.000000000001;
 constant float DAPPLE_PROBES_CRUSH = 0.2;
 constant float DAPPLE_PROBES_DIELECTRIC = 0.04;
-constant float DAPPLE_PROBES_LOBE_ENTRIES = 64.0;
+constant metal::float3 DAPPLE_PROBES_LOBE_SMOOTH = metal::float3(1.0, 0.8, 0.5);
+constant metal::float3 DAPPLE_PROBES_LOBE_ROUGH = metal::float3(1.0, 0.6666667, 0.25);
 constant float DAPPLE_PROBES_ENVIRONMENT_SIDE = 32.0;
 constant metal::float3 DAPPLE_PROBES_COSINE = metal::float3(3.1415927, 2.0943952, 0.7853982);
 constant float DAPPLE_PROBES_SHIFT = 2.0;
@@ -51,9 +52,6 @@ int dapple_probes_naga_f2i32(float value) {
 }
 metal::uint3 dapple_probes_naga_f2u32(metal::float3 value) {
     return static_cast<metal::uint3>(metal::clamp(value, 0.0, 4294967000.0));
-}
-uint dapple_probes_naga_f2u32(float value) {
-    return static_cast<uint>(metal::clamp(value, 0.0, 4294967000.0));
 }
 metal::uint2 dapple_probes_naga_f2u32(metal::float2 value) {
     return static_cast<metal::uint2>(metal::clamp(value, 0.0, 4294967000.0));
@@ -500,32 +498,18 @@ metal::float3 dapple_probes_convolved(
     return ((c.inner[0] * (0.28209478 * factors.x)) + (band1_ * factors.y)) + (band2_ * factors.z);
 }
 
-metal::float4 dapple_probes_lobe_entry(
-    uint entry,
-    metal::texture2d<float, metal::access::sample> dapple_probes_lobes
-) {
-    metal::float4 _e5 = dapple_probes_lobes.read(metal::uint2(metal::uint2(entry, 0u)), 0);
-    return _e5;
-}
-
 metal::float3 dapple_probes_lobe(
-    float roughness,
-    metal::texture2d<float, metal::access::sample> dapple_probes_lobes
+    float roughness
 ) {
-    float at_5 = metal::clamp(roughness, 0.0, 1.0) * 63.0;
-    uint entry_2 = metal::min(dapple_probes_naga_f2u32(at_5), 62u);
-    float f_4 = at_5 - static_cast<float>(entry_2);
-    metal::float4 _e11 = dapple_probes_lobe_entry(entry_2, dapple_probes_lobes);
-    metal::float2 a_1 = _e11.xy;
-    metal::float4 _e15 = dapple_probes_lobe_entry(entry_2 + 1u, dapple_probes_lobes);
-    return metal::float3(1.0, a_1 + ((_e15.xy - a_1) * f_4));
+    float share = metal::clamp(roughness, 0.0, 1.0);
+    return DAPPLE_PROBES_LOBE_SMOOTH + (metal::float3(0.0, -0.13333333, -0.25) * share);
 }
 
 metal::float2 dapple_probes_environment_entry(
-    uint entry_1,
+    uint entry,
     metal::texture2d<float, metal::access::sample> dapple_probes_environments
 ) {
-    metal::float4 _e7 = dapple_probes_environments.read(metal::uint2(metal::uint2(dapple_probes_naga_mod(entry_1, 32u), dapple_probes_naga_div(entry_1, 32u))), 0);
+    metal::float4 _e7 = dapple_probes_environments.read(metal::uint2(metal::uint2(dapple_probes_naga_mod(entry, 32u), dapple_probes_naga_div(entry, 32u))), 0);
     return _e7.xy;
 }
 
@@ -534,18 +518,18 @@ metal::float2 dapple_probes_environment(
     float roughness_1,
     metal::texture2d<float, metal::access::sample> dapple_probes_environments
 ) {
-    metal::float2 at_6 = metal::clamp(metal::float2(metal::sqrt(metal::max(n_v, 0.0)), roughness_1), metal::float2(0.0), metal::float2(1.0)) * 31.0;
-    metal::uint2 cell = metal::min(dapple_probes_naga_f2u32(at_6), metal::uint2(30u));
-    metal::float2 f_5 = at_6 - static_cast<metal::float2>(cell);
+    metal::float2 at_5 = metal::clamp(metal::float2(metal::sqrt(metal::max(n_v, 0.0)), roughness_1), metal::float2(0.0), metal::float2(1.0)) * 31.0;
+    metal::uint2 cell = metal::min(dapple_probes_naga_f2u32(at_5), metal::uint2(30u));
+    metal::float2 f_4 = at_5 - static_cast<metal::float2>(cell);
     uint first = (cell.y * 32u) + cell.x;
     uint second = first + 32u;
     metal::float2 _e25 = dapple_probes_environment_entry(first, dapple_probes_environments);
     metal::float2 _e28 = dapple_probes_environment_entry(first + 1u, dapple_probes_environments);
-    metal::float2 low = _e25 + ((_e28 - _e25) * f_5.x);
+    metal::float2 low = _e25 + ((_e28 - _e25) * f_4.x);
     metal::float2 _e33 = dapple_probes_environment_entry(second, dapple_probes_environments);
     metal::float2 _e36 = dapple_probes_environment_entry(second + 1u, dapple_probes_environments);
-    metal::float2 high = _e33 + ((_e36 - _e33) * f_5.x);
-    return low + ((high - low) * f_5.y);
+    metal::float2 high = _e33 + ((_e36 - _e33) * f_4.x);
+    return low + ((high - low) * f_4.y);
 }
 
 metal::float3 dapple_probes_lobe_direction(
@@ -556,8 +540,8 @@ metal::float3 dapple_probes_lobe_direction(
     metal::float3 mirror = (n_2 * (2.0 * metal::dot(n_2, v_2))) - v_2;
     float alpha = metal::clamp(roughness_2 * roughness_2, 0.0, 1.0);
     float smooth = 1.0 - alpha;
-    float share = smooth * (metal::sqrt(smooth) + alpha);
-    metal::float3 d_3 = n_2 + ((mirror - n_2) * share);
+    float share_1 = smooth * (metal::sqrt(smooth) + alpha);
+    metal::float3 d_3 = n_2 + ((mirror - n_2) * share_1);
     float size = metal::length(d_3);
     return (size > 0.000000000000000000000000000001) ? (d_3 / metal::float3(size)) : n_2;
 }
@@ -566,13 +550,12 @@ DappleProbesIncomingLight dapple_probes_incoming_light(
     DappleProbesL2_ radiance_1,
     metal::float3 n_3,
     metal::float3 v_3,
-    float roughness_3,
-    metal::texture2d<float, metal::access::sample> dapple_probes_lobes
+    float roughness_3
 ) {
     metal::float3 _e4 = dapple_probes_lobe_direction(n_3, v_3, roughness_3);
     metal::float3 _e6 = dapple_probes_convolved(radiance_1, DAPPLE_PROBES_COSINE, n_3);
     metal::float3 irradiance = metal::max(_e6, metal::float3(0.0));
-    metal::float3 _e10 = dapple_probes_lobe(roughness_3, dapple_probes_lobes);
+    metal::float3 _e10 = dapple_probes_lobe(roughness_3);
     metal::float3 _e11 = dapple_probes_convolved(radiance_1, _e10, _e4);
     metal::float3 filtered = metal::max(_e11, metal::float3(0.0));
     return DappleProbesIncomingLight {irradiance, filtered};
@@ -585,7 +568,6 @@ DappleProbesIndirect dapple_probes_shade(
     float roughness_4,
     metal::float3 n_4,
     metal::float3 v_4,
-    metal::texture2d<float, metal::access::sample> dapple_probes_lobes,
     metal::texture2d<float, metal::access::sample> dapple_probes_environments
 ) {
     DappleProbesIndirect out = {};
@@ -593,7 +575,7 @@ DappleProbesIndirect dapple_probes_shade(
     float metallic_1 = metal::clamp(metallic, 0.0, 1.0);
     metal::float2 _e13 = dapple_probes_environment(metal::dot(n_4, v_4), roughness_5, dapple_probes_environments);
     metal::float3 f0_ = metal::mix(metal::float3(0.04), base_color, metallic_1);
-    DappleProbesIncomingLight _e17 = dapple_probes_incoming_light(radiance_2, n_4, v_4, roughness_5, dapple_probes_lobes);
+    DappleProbesIncomingLight _e17 = dapple_probes_incoming_light(radiance_2, n_4, v_4, roughness_5);
     float left = 1.0 - ((DAPPLE_PROBES_DIELECTRIC * _e13.x) + _e13.y);
     out.diffuse = (base_color * _e17.irradiance) * (((1.0 - metallic_1) * left) / DAPPLE_PROBES_PI);
     out.glossy = _e17.filtered * ((f0_ * _e13.x) + metal::float3(_e13.y));

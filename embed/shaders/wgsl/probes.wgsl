@@ -2,13 +2,12 @@
 // of it. Twin of `sample.rs`, `visibility.rs`, `sh.rs` and `ggx` of `src/probes/`: same names without the prefix,
 // same order of operations. Constants marked SHARED stand on both sides. Everything is in grid space.
 //
-// The arrays come through six functions, which `probes_buffers.wgsl` and `probes_textures.wgsl` define:
+// The arrays come through five functions, which `probes_buffers.wgsl` and `probes_textures.wgsl` define:
 // - dapple_probes_filtered(uvw: vec3f) -> DappleProbesFlat: values by hardware trilinear filtering
 // - dapple_probes_values(volume: DappleProbesVolume, probe: u32) -> DappleProbesFlat
 // - dapple_probes_present(probe: u32) -> bool
 // - dapple_probes_visibility(texel: u32) -> vec2u: mean and deviation, 0 to 255
-// - dapple_probes_lobe_entry(entry: u32) -> vec4f and dapple_probes_environment_entry(entry: u32) -> vec2f:
-//   the tables of `embed/shaders/tables`
+// - dapple_probes_environment_entry(entry: u32) -> vec2f: the table of `embed/shaders/tables`
 
 const DAPPLE_PROBES_PI: f32 = 3.14159265;
 const DAPPLE_PROBES_NORMAL_BIAS: f32 = 0.045; // SHARED
@@ -18,7 +17,8 @@ const DAPPLE_PROBES_UNSEEN: f32 = 1e-6; // SHARED
 const DAPPLE_PROBES_ABSENT: f32 = 1e-12; // SHARED
 const DAPPLE_PROBES_CRUSH: f32 = 0.2; // SHARED
 const DAPPLE_PROBES_DIELECTRIC: f32 = 0.04; // SHARED
-const DAPPLE_PROBES_LOBE_ENTRIES: f32 = 64.0; // SHARED
+const DAPPLE_PROBES_LOBE_SMOOTH = vec3f(1.0, 0.8, 0.5); // SHARED
+const DAPPLE_PROBES_LOBE_ROUGH = vec3f(1.0, 0.66666667, 0.25); // SHARED
 const DAPPLE_PROBES_ENVIRONMENT_SIDE: f32 = 32.0; // SHARED
 const DAPPLE_PROBES_COSINE = vec3f(3.14159265, 2.09439510, 0.78539816); // SHARED
 
@@ -197,11 +197,9 @@ fn dapple_probes_convolved(c: DappleProbesL2, factors: vec3f, d: vec3f) -> vec3f
 
 // Factors of degree 0 to 2.
 fn dapple_probes_lobe(roughness: f32) -> vec3f {
-    let at = clamp(roughness, 0.0, 1.0) * (DAPPLE_PROBES_LOBE_ENTRIES - 1.0);
-    let entry = min(u32(at), u32(DAPPLE_PROBES_LOBE_ENTRIES) - 2u);
-    let f = at - f32(entry);
-    let a = dapple_probes_lobe_entry(entry).xy;
-    return vec3f(1.0, a + (dapple_probes_lobe_entry(entry + 1u).xy - a) * f);
+    let share = clamp(roughness, 0.0, 1.0);
+    return DAPPLE_PROBES_LOBE_SMOOTH
+        + (DAPPLE_PROBES_LOBE_ROUGH - DAPPLE_PROBES_LOBE_SMOOTH) * share;
 }
 
 fn dapple_probes_environment(n_v: f32, roughness: f32) -> vec2f {

@@ -7,19 +7,17 @@
 @group(1) @binding(2) var<storage, read> dapple_probes_presence: array<u32>;
 // `ProbesVisibility` as it is. Two texels a word: mean and deviation, a byte each.
 @group(1) @binding(3) var<storage, read> dapple_probes_blocks: array<u32>;
-// Factors of degree 1 to 4.
-@group(1) @binding(4) var<storage, read> dapple_probes_lobes: array<vec4f>;
 // Scale and bias.
-@group(1) @binding(5) var<storage, read> dapple_probes_environments: array<vec2f>;
+@group(1) @binding(4) var<storage, read> dapple_probes_environments: array<vec2f>;
 // The planes again, for the texture unit: `rgba16float`, linear, clamped to the edge.
-@group(1) @binding(6) var dapple_probes_filtering: sampler;
-@group(1) @binding(7) var dapple_probes_plane_a: texture_3d<f32>;
-@group(1) @binding(8) var dapple_probes_plane_b: texture_3d<f32>;
-@group(1) @binding(9) var dapple_probes_plane_c: texture_3d<f32>;
-@group(1) @binding(10) var dapple_probes_plane_d: texture_3d<f32>;
-@group(1) @binding(11) var dapple_probes_plane_e: texture_3d<f32>;
-@group(1) @binding(12) var dapple_probes_plane_f: texture_3d<f32>;
-@group(1) @binding(13) var dapple_probes_plane_g: texture_3d<f32>;
+@group(1) @binding(5) var dapple_probes_filtering: sampler;
+@group(1) @binding(6) var dapple_probes_plane_a: texture_3d<f32>;
+@group(1) @binding(7) var dapple_probes_plane_b: texture_3d<f32>;
+@group(1) @binding(8) var dapple_probes_plane_c: texture_3d<f32>;
+@group(1) @binding(9) var dapple_probes_plane_d: texture_3d<f32>;
+@group(1) @binding(10) var dapple_probes_plane_e: texture_3d<f32>;
+@group(1) @binding(11) var dapple_probes_plane_f: texture_3d<f32>;
+@group(1) @binding(12) var dapple_probes_plane_g: texture_3d<f32>;
 
 fn dapple_probes_filtered(uvw: vec3f) -> DappleProbesFlat {
     return DappleProbesFlat(
@@ -50,10 +48,6 @@ fn dapple_probes_present(probe: u32) -> bool {
 fn dapple_probes_visibility(texel: u32) -> vec2u {
     let word = dapple_probes_blocks[texel / 2u] >> (16u * (texel % 2u));
     return vec2u(word & 255u, (word >> 8u) & 255u);
-}
-
-fn dapple_probes_lobe_entry(entry: u32) -> vec4f {
-    return dapple_probes_lobes[entry];
 }
 
 fn dapple_probes_environment_entry(entry: u32) -> vec2f {

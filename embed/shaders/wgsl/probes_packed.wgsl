@@ -5,22 +5,20 @@
 @group(1) @binding(2) var dapple_probes_presence: texture_2d<u32>;
 // `rg8uint`, any width: the texels of `ProbesVisibility` row by row.
 @group(1) @binding(3) var dapple_probes_blocks: texture_2d<u32>;
-// `rgba32float`, 64x1: factors of degree 1 to 4.
-@group(1) @binding(4) var dapple_probes_lobes: texture_2d<f32>;
 // `rg32float`, 32x32: scale and bias.
-@group(1) @binding(5) var dapple_probes_environments: texture_2d<f32>;
+@group(1) @binding(4) var dapple_probes_environments: texture_2d<f32>;
 // Linear, clamped to the edge.
-@group(1) @binding(6) var dapple_probes_filtering: sampler;
+@group(1) @binding(5) var dapple_probes_filtering: sampler;
 // A texture a function, `rgb9e5ufloat`; see SHIFTS for what is added to those of degree 1 and 2.
-@group(1) @binding(7) var dapple_probes_light_a: texture_3d<f32>;
-@group(1) @binding(8) var dapple_probes_light_b: texture_3d<f32>;
-@group(1) @binding(9) var dapple_probes_light_c: texture_3d<f32>;
-@group(1) @binding(10) var dapple_probes_light_d: texture_3d<f32>;
-@group(1) @binding(11) var dapple_probes_light_e: texture_3d<f32>;
-@group(1) @binding(12) var dapple_probes_light_f: texture_3d<f32>;
-@group(1) @binding(13) var dapple_probes_light_g: texture_3d<f32>;
-@group(1) @binding(14) var dapple_probes_light_h: texture_3d<f32>;
-@group(1) @binding(15) var dapple_probes_light_i: texture_3d<f32>;
+@group(1) @binding(6) var dapple_probes_light_a: texture_3d<f32>;
+@group(1) @binding(7) var dapple_probes_light_b: texture_3d<f32>;
+@group(1) @binding(8) var dapple_probes_light_c: texture_3d<f32>;
+@group(1) @binding(9) var dapple_probes_light_d: texture_3d<f32>;
+@group(1) @binding(10) var dapple_probes_light_e: texture_3d<f32>;
+@group(1) @binding(11) var dapple_probes_light_f: texture_3d<f32>;
+@group(1) @binding(12) var dapple_probes_light_g: texture_3d<f32>;
+@group(1) @binding(13) var dapple_probes_light_h: texture_3d<f32>;
+@group(1) @binding(14) var dapple_probes_light_i: texture_3d<f32>;
 
 // How much of degree 0 is added, SHARED SHIFTS: to the values of order 0 of degree 2, and to all others.
 const DAPPLE_PROBES_SHIFT_20: f32 = 2.25;
@@ -86,10 +84,6 @@ fn dapple_probes_present(probe: u32) -> bool {
 fn dapple_probes_visibility(texel: u32) -> vec2u {
     let width = textureDimensions(dapple_probes_blocks).x;
     return textureLoad(dapple_probes_blocks, vec2u(texel % width, texel / width), 0).xy;
-}
-
-fn dapple_probes_lobe_entry(entry: u32) -> vec4f {
-    return textureLoad(dapple_probes_lobes, vec2u(entry, 0u), 0);
 }
 
 fn dapple_probes_environment_entry(entry: u32) -> vec2f {

@@ -1,21 +1,22 @@
 //! `dapple chart --model probes`: indirect light from probes against path tracing, beside DDGI
 //! (Tables 1 to 3 of DDISH-GI), where the error comes from, what the light costs to send, the error of
-//! the glossy lobe, and curves over degree, samples and hysteresis.
+//! lobes of glossy light, ambient occlusion of `points` on it all, and curves over degree, samples and hysteresis.
 
 mod curves;
 mod lobe;
+mod occlusion;
 mod rates;
 
-use super::{Args, markdown};
+use super::{Args, Model, markdown};
 use crate::cli::job::warn_if_dark;
 use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::measure::chart::{Axis, Chart, Point, Series};
-use crate::measure::ddgi::Ddgi;
 use crate::measure::light::{
     FirstHits, WARM_UP, from_ddgi, from_itself, from_paths, from_probes, settled_ddgi,
     through_a_stream,
 };
+use crate::measure::lobe::{LOBES, scores};
 use crate::measure::metrics::{Difference, psnr};
 use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
@@ -29,7 +30,7 @@ use crate::scene::Scene;
 use crate::trace::path::PathTracer;
 use crate::trace::path::bsdf::luminance;
 use crate::world::World;
-use crate::{Result, files};
+use crate::{Error, Result, files};
 use glam::Vec3;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -44,6 +45,10 @@ const KEY: f64 = 0.18;
 const BLACK: f64 = 1e-3;
 /// Where parts of the light are told apart: every so many pixels.
 const STEP: u32 = 6;
+/// Level of zstd for textures and visibility blocks.
+const ZSTD_LEVEL: i32 = 19;
+/// Surfaces at which lobes are compared, for each path that tells diffuse and glossy light apart.
+const RECEIVERS: usize = 3;
 
 /// A method's picture.
 #[derive(Serialize)]
@@ -285,11 +290,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut rows = vec![row("direct light alone", &scored, &none)?];
     let itself = |i: u32, surface: &_| from_itself(&paths, surface, i, args.parts);
     let at_surfaces = "degree 2 at the surface itself";
+    let mut lobes = Vec::new();
+    let receivers = RECEIVERS * args.parts as usize;
     let mut parts = vec![light_parts.parts(at_surfaces, &light_parts.seen.numbered(itself))?];
 
     let frames = request.warm_up.max(1);
     let variants = variants(&request);
-    let all_frames = u64::from(WARM_UP) + (variants.len() as u64 + 1) * u64::from(frames);
+    let ddgi_frames = 2 * u64::from(WARM_UP + frames);
+    let all_frames = ddgi_frames + variants.len() as u64 * u64::from(frames);
+    let mut disabled = Vec::new();
+    let mut lights: Vec<(String, Vec<Indirect>)> = Vec::new();
     let bar = Progress::new("Probes and DDGI", all_frames);
     for variant in &variants {
         let mut probes = source::Source::new(&world, &variant.request, 0)?;
@@ -302,6 +312,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let place = *probes.server().volume();
         let sent = through_a_stream(&mut probes, variant.request.packing)?;
         let field = sent.volume.field();
+        let server = probes.server();
+        let all = 0..place.lattice.count();
+        if variant.request.server.inside == InsideGeometry::Disabled {
+            disabled = all.clone().map(|p| !server.is_present(p)).collect();
+            let present: Vec<usize> = all.filter(|p| server.is_present(*p)).collect();
+            lobes = scores(&paths, &field, &place, &present, receivers, &LOBES);
+        }
         for &interpolation in variant.interpolations {
             let how = name_of(interpolation);
             let look = |surface: &_| from_probes(&field, &place, interpolation, surface);
@@ -321,25 +338,39 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             });
             parts.push(light_parts.parts(&method, &light_parts.seen.indirect(look))?);
             picture(args, &scored, &indirect, &format!("{}_{how}", variant.file))?;
+            if interpolation == Interpolation::VisibilityWeighted {
+                lights.push((method, indirect));
+            }
         }
     }
     let place = request.place(&world)?;
-    let step = || bar.step(1);
-    let (ddgi, ddgi_ms) = settled_ddgi(&paths, &place, &request.server, frames, &step);
+    for (name, file, disabled) in [
+        ("DDGI, kept inside geometry", "ddgi", None),
+        (
+            "DDGI, disabled inside geometry",
+            "ddgi_disabled",
+            Some(disabled),
+        ),
+    ] {
+        let step = || bar.step(1);
+        let (ddgi, ddgi_ms) =
+            settled_ddgi(&paths, &place, &request.server, disabled, frames, &step);
+        let look = |surface: &_| from_ddgi(&ddgi, surface);
+        let clock = Instant::now();
+        let indirect = scored.seen.indirect(look);
+        let look_up_ms = clock.elapsed().as_secs_f64() * 1e3;
+        let [light, distances] = ddgi.textures();
+        rows.push(Row {
+            update_ms: Some(ddgi_ms),
+            look_up_ms: Some(look_up_ms),
+            bytes: Some([compressed(&light)?, compressed(&distances)?]),
+            ..row(name, &scored, &indirect)?
+        });
+        parts.push(light_parts.parts(name, &light_parts.seen.indirect(look))?);
+        picture(args, &scored, &indirect, file)?;
+        lights.push((name.into(), indirect));
+    }
     drop(bar);
-    let look = |surface: &_| from_ddgi(&ddgi, surface);
-    let clock = Instant::now();
-    let indirect = scored.seen.indirect(look);
-    let look_up_ms = clock.elapsed().as_secs_f64() * 1e3;
-    let [light, distances] = Ddgi::BYTES.map(|bytes| (bytes * place.lattice.count()) as u64);
-    rows.push(Row {
-        update_ms: Some(ddgi_ms),
-        look_up_ms: Some(look_up_ms),
-        bytes: Some([light, distances]),
-        ..row("DDGI", &scored, &indirect)?
-    });
-    parts.push(light_parts.parts("DDGI", &light_parts.seen.indirect(look))?);
-    picture(args, &scored, &indirect, "ddgi")?;
     picture(args, &scored, &none, "direct")?;
     let developed = scored.seen.picture(&scored.all, scored.exposure);
     developed.write_png(&args.output.join("reference.png"))?;
@@ -347,8 +378,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut tables = vec![
         accuracy(&scene, &rows, &scored, args),
         light_parts_table(&scene, &parts, args.parts),
+        lobe::table(&scene.name, &lobes, receivers),
     ];
+    let mut names = vec!["table", "parts", "lobe"];
+    if args.encode.model.contains(&Model::Points) {
+        let ao = occlusion::ao(args, &scene)?;
+        tables.push(occlusion::table(&scene.name, &scored, &lights, &ao)?);
+        names.push("occlusion");
+    }
     if let Some(frames) = args.encode.frames {
+        names.push("rates");
         let fps = args.encode.fps.hz();
         tables.push(rates::rates(&scene, &request, time, fps, frames)?);
     }
@@ -356,14 +395,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         true => curves::curves(&world, &scored, &request)?,
         false => Vec::new(),
     };
-    let mut charts = vec![by_size(&rows), by_time(&rows), lobe::lobe()];
+    let mut charts = vec![by_size(&rows), by_time(&rows), lobe::chart(&lobes)];
     charts.extend(curves::charts(&sweep, &rows));
-    let names = ["size", "time", "lobe", "degree", "samples", "hysteresis"];
-    for (chart, name) in charts.iter().zip(names) {
+    let chart_names = ["size", "time", "lobes", "degree", "samples", "hysteresis"];
+    for (chart, name) in charts.iter().zip(chart_names) {
         save(&args.output.join(format!("{name}.svg")), &chart.to_svg())?;
         save(&args.output.join(format!("{name}.csv")), &chart.to_csv())?;
     }
-    for (table, name) in tables.iter().zip(["table", "parts", "rates"]) {
+    for (table, name) in tables.iter().zip(&names) {
         save(&args.output.join(format!("{name}.csv")), &table.to_csv())?;
         save(&args.output.join(format!("{name}.md")), &markdown(table))?;
         output::print(&format!("{}\n", markdown(table)))?;
@@ -397,6 +436,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     write(&page, &(&rows, &parts, &sweep), &args.output)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The bytes of `data` under zstd, as strong as is not called ultra: what a file or a socket takes.
+fn compressed(data: &[u8]) -> Result<u64> {
+    let packed = zstd::bulk::compress(data, ZSTD_LEVEL);
+    let packed = packed.map_err(|e| Error::Invalid(format!("zstd: {e}")))?;
+    Ok(packed.len() as u64)
 }
 
 /// The factor on radiance that makes a picture of it.
@@ -441,7 +487,8 @@ fn images(rows: &[Row], variants: &[Variant]) -> Vec<Image> {
     let mut images = vec![
         image("path-traced", "reference"),
         image("direct light alone", "direct"),
-        image("DDGI", "ddgi"),
+        image("DDGI, kept inside geometry", "ddgi"),
+        image("DDGI, disabled inside geometry", "ddgi_disabled"),
     ];
     for variant in variants {
         for &interpolation in variant.interpolations {

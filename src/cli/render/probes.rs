@@ -7,11 +7,12 @@ use crate::cli::output;
 use crate::cli::progress::Progress;
 use crate::client::Client;
 use crate::measure::light::{FirstHits, WARM_UP, from_ddgi, settled_ddgi};
+use crate::points::client::PointsView;
 use crate::probes::client::{ProbesView, ProbesVolume};
 use crate::probes::server::Options;
 use crate::probes::volume::Volume;
 use crate::render::gbuffer::Lookup;
-use crate::render::light::{Indirect, Interpolation, Source};
+use crate::render::light::{Indirect, Interpolation, Occlusion, Source};
 use crate::render::tone::develop;
 use crate::render::{Picture, Renderer};
 use crate::scene::{CameraPose, Pose, Scene};
@@ -24,7 +25,8 @@ const SHADOW_SIDE: u32 = 2048;
 /// Frames that DDGI runs once all bounces are there.
 const FRAMES: u32 = 64;
 
-/// The picture that the arguments ask for, of a client with a volume of probes.
+/// The picture that the arguments ask for, of a client with a volume of probes, whose light its ambient
+/// occlusion darkens where it has any.
 ///
 /// # Errors
 /// As [`Renderer::gbuffer`] and [`Renderer::lit`].
@@ -43,7 +45,22 @@ pub fn picture(
     }
     let (width, height) = args.view.size;
     let sky = args.path.sky();
-    let gbuffer = renderer.gbuffer(pose, Lookup::Rest, camera, width, height)?;
+    let points = PointsView::new(client);
+    let server_pose = client.last_frame().map(|(_, time)| scene.pose(time));
+    let lookup = match &server_pose {
+        Some(posed) if !points.looks_up_rest_pose() => Lookup::Posed(posed),
+        _ => Lookup::Rest,
+    };
+    let gbuffer = renderer.gbuffer(pose, lookup, camera, width, height)?;
+    let state = points.state();
+    let ao = match method == Method::Probes && !state.tracks.is_empty() && args.occlusion > 0.0 {
+        true => Some(
+            renderer
+                .points_ao(&gbuffer, &state, args.client.fallback)?
+                .ao,
+        ),
+        false => None,
+    };
     let supplied: Vec<Indirect>;
     let source = if method == Method::Ddgi
         && let Some(volume) = volumes.first()
@@ -54,6 +71,10 @@ pub fn picture(
         Source::Probes {
             volumes: &volumes,
             interpolation: args.interpolation,
+            occlusion: ao.as_deref().map(|ao| Occlusion {
+                ao,
+                strength: args.occlusion,
+            }),
         }
     };
     let (lit, _) = renderer.lit(&gbuffer, pose, camera, &sky, &source, SHADOW_SIDE)?;
@@ -89,7 +110,9 @@ fn by_ddgi(
         origin: Vec3::from(volume.grid_from_world.inverse().translation),
     };
     let bar = Progress::new("DDGI", u64::from(WARM_UP + FRAMES));
-    let (ddgi, _) = settled_ddgi(&paths, &place, &Options::default(), FRAMES, &|| bar.step(1));
+    let (ddgi, _) = settled_ddgi(&paths, &place, &Options::default(), None, FRAMES, &|| {
+        bar.step(1)
+    });
     let (width, height) = args.view.size;
     let seen = FirstHits::new(&paths, camera, width, height);
     seen.indirect(|surface| from_ddgi(&ddgi, surface))

@@ -11,17 +11,15 @@ impl Ddgi {
     pub(super) fn blend(&self, probe: usize, rays: &[(Vec3, End)]) -> (Vec<Vec3>, Vec<[f32; 2]>) {
         let fresh = self.frame == 0;
         let keep = if fresh { 0.0 } else { self.options.hysteresis };
-        let skipped = |end: &End| end.back_face && self.options.cull_back_faces;
         let old = &self.irradiance[probe * self.irradiance_map.texels()..];
         let irradiance = self.irradiance_map.directions.iter().zip(old);
         let irradiance = irradiance.map(|(texel, old)| {
             let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-            for (direction, end) in rays.iter().filter(|(_, end)| !skipped(end)) {
+            // The back of a surface has no light of its own (RTXGI).
+            for (direction, end) in rays.iter().filter(|(_, end)| !end.back_face) {
                 let weight = texel.dot(*direction).max(0.0);
                 weights += weight;
-                if !end.back_face {
-                    sum += end.radiance * weight;
-                }
+                sum += end.radiance * weight;
             }
             match weights > 0.0 {
                 // The weights of all directions are those of a cosine, whose integral is pi.
@@ -34,7 +32,7 @@ impl Ddgi {
         let visibility = self.visibility_map.directions.iter().zip(old);
         let visibility = visibility.map(|(texel, old)| {
             let (mut sum, mut weights) = ([0.0; 2], 0.0);
-            for (direction, end) in rays.iter().filter(|(_, end)| !skipped(end)) {
+            for (direction, end) in rays {
                 let weight = texel.dot(*direction).max(0.0).powi(SHARPNESS);
                 // The back of a surface is taken for near, so that a probe in a wall is seen by few.
                 let distance = match end.back_face {

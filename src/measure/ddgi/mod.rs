@@ -16,6 +16,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
+use crate::codec::probes::f16_from_f32;
 use crate::rng::Rng;
 use glam::{Mat3, Quat, UVec3, Vec3};
 use octahedron::Octahedron;
@@ -38,9 +39,6 @@ pub struct Options {
     pub rays: u32,
     /// Share of the old value that an update keeps.
     pub hysteresis: f32,
-    /// Rays that hit the back of a surface count for nothing (§5 of DDISH-GI); otherwise they are
-    /// black, and near.
-    pub cull_back_faces: bool,
     pub seed: u64,
 }
 
@@ -49,6 +47,7 @@ pub struct Options {
 pub struct End {
     /// Metres; infinite where the ray leaves the scene.
     pub distance: f32,
+    /// It is the back of a surface, which sends no light and passes for near (RTXGI).
     pub back_face: bool,
     /// World space; anything where the ray leaves the scene.
     pub position: Vec3,
@@ -71,6 +70,8 @@ pub struct Ddgi {
     irradiance: Vec<Vec3>,
     /// `VISIBILITY_SIDE^2` texels a probe: mean distance and mean squared distance, metres.
     visibility: Vec<[f32; 2]>,
+    /// Probes that no place is lit by; those beyond the end are not among them.
+    disabled: Vec<bool>,
     frame: u32,
 }
 
@@ -85,6 +86,7 @@ impl Ddgi {
             options,
             irradiance_map,
             visibility_map,
+            disabled: Vec::new(),
             frame: 0,
         }
     }
@@ -93,17 +95,41 @@ impl Ddgi {
         &self.options
     }
 
+    /// Leaves the probes that are marked out of every look-up, as RTXGI's classification does.
+    pub fn disable(&mut self, disabled: Vec<bool>) {
+        self.disabled = disabled;
+    }
+
     /// Keeps another share of the old values from now on.
     pub fn set_hysteresis(&mut self, share: f32) {
         self.options.hysteresis = share;
     }
 
-    /// Bytes of a probe's irradiance and visibility as the method keeps it: 64 texels of RGB10A2 and 256
-    /// of two f16 (§4 of DDISH-GI: "a minimum of 1280 bytes").
-    pub const BYTES: [usize; 2] = [
-        4 * (IRRADIANCE_SIDE * IRRADIANCE_SIDE),
-        4 * (VISIBILITY_SIDE * VISIBILITY_SIDE),
-    ];
+    /// The textures of irradiance and of distances as the method keeps them (§4 of DDISH-GI: "a minimum
+    /// of 1280 bytes" a probe): 64 texels of RGB10A2, the fifth root of the share of the brightest
+    /// as in RTXGI, and 256 of two f16. Disabled probes are left out.
+    pub fn textures(&self) -> [Vec<u8>; 2] {
+        let kept = |probe: usize| !self.disabled.get(probe).is_some_and(|d| *d);
+        let brightest = self.irradiance.iter().map(|c| c.max_element());
+        let scale = brightest.fold(f32::MIN_POSITIVE, f32::max).recip();
+        let packed = |c: &Vec3| {
+            let [r, g, b] = c.to_array().map(|c| {
+                let share = (c * scale).clamp(0.0, 1.0).powf(0.2);
+                (share * 1023.0).round() as u32
+            });
+            (r | g << 10 | b << 20).to_le_bytes()
+        };
+        let of_kept = |texels: usize| move |i: &usize| kept(i / texels);
+        let light = (0..self.irradiance.len()).filter(of_kept(self.irradiance_map.texels()));
+        let distances = (0..self.visibility.len()).filter(of_kept(self.visibility_map.texels()));
+        [
+            light.flat_map(|i| packed(&self.irradiance[i])).collect(),
+            distances
+                .flat_map(|i| self.visibility[i].map(|m| f16_from_f32(m).to_le_bytes()))
+                .flatten()
+                .collect(),
+        ]
+    }
 
     /// One frame: traces every probe's rays and blends what they found. Light that was reflected
     /// more than once comes from the probes as the last frame left them.

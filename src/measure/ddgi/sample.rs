@@ -4,7 +4,8 @@ use super::Ddgi;
 use glam::{UVec3, Vec3};
 
 /// Places are looked up this share of the smallest spacing off their surface, against its own
-/// shadow (the first paper's self-shadow bias, with G3D's constants).
+/// shadow (the first paper's self-shadow bias, with G3D's constants). As in RTXGI, the biased place
+/// decides both the trilinear weights and what a probe sees.
 const BIAS: f32 = 0.3 * 0.75;
 /// Of which so much along the normal, and the rest towards the viewer.
 const BIAS_NORMAL: f32 = 0.2;
@@ -21,9 +22,9 @@ impl Ddgi {
     }
 
     /// Radiance that a glossy surface reflects, before its environment BRDF: the irradiance of one
-    /// that faces `mirrored`, as radiance ("Scaling", glossy reflections; any roughness).
-    pub fn glossy(&self, position: Vec3, normal: Vec3, mirrored: Vec3, view: Vec3) -> Vec3 {
-        self.interpolate(position, normal, view, mirrored) / std::f32::consts::PI
+    /// that faces `direction`, as radiance ("Scaling", glossy reflections; any roughness).
+    pub fn glossy(&self, position: Vec3, normal: Vec3, direction: Vec3, view: Vec3) -> Vec3 {
+        self.interpolate(position, normal, view, direction) / std::f32::consts::PI
     }
 
     /// Irradiance of a surface that faces `facing`, with the weights of one with normal `normal`.
@@ -32,7 +33,7 @@ impl Ddgi {
         let biased =
             position + (normal * BIAS_NORMAL + view * BIAS_VIEW) * (o.spacing.min_element() * BIAS);
         let last = (o.dims - UVec3::ONE).as_vec3();
-        let at = ((position - o.origin) / o.spacing).clamp(Vec3::ZERO, last);
+        let at = ((biased - o.origin) / o.spacing).clamp(Vec3::ZERO, last);
         let corner = at.floor().min((last - 1.0).max(Vec3::ZERO));
         let fraction = at - corner;
         let facing_texels = self.irradiance_map.around(facing);
@@ -41,6 +42,9 @@ impl Ddgi {
             let offset = UVec3::new(i & 1, i >> 1 & 1, i >> 2);
             let cell = (corner.as_uvec3() + offset).min(o.dims - UVec3::ONE);
             let probe = (cell.x + o.dims.x * (cell.y + o.dims.y * cell.z)) as usize;
+            if self.disabled.get(probe).is_some_and(|d| *d) {
+                continue;
+            }
             let probe_position = o.origin + cell.as_vec3() * o.spacing;
 
             // Smooth back-face test: probes behind the surface count little.

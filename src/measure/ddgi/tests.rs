@@ -36,7 +36,6 @@ fn options() -> Options {
         dims: UVec3::splat(4),
         rays: 256,
         hysteresis: 0.9,
-        cull_back_faces: true,
         seed: 7,
     }
 }
@@ -94,8 +93,74 @@ fn one_bright_wall_gives_its_form_factor() {
     let quarter = (x * (b / (1.0 + a * a).sqrt()).atan() + y * (a / (1.0 + b * b).sqrt()).atan())
         / (2.0 * PI);
     let exact = 4.0 * quarter * PI;
-    let found = ddgi.irradiance(Vec3::ZERO, Vec3::X, Vec3::X).x;
+    // The biased place is the probe at the centre.
+    let place = Vec3::X * -0.225;
+    let found = ddgi.irradiance(place, Vec3::X, Vec3::X).x;
     assert!((found / exact - 1.0).abs() < 0.05, "{found} for {exact}");
+}
+
+/// An open world whose light in all directions is `(1 + step * i)²` at probe i along `axis`.
+fn ramp(axis: usize, step: f32) -> impl Fn(Vec3, Vec3) -> End + Sync {
+    move |origin, direction| End {
+        distance: f32::INFINITY,
+        back_face: false,
+        position: origin,
+        normal: -direction,
+        radiance: Vec3::splat((1.0 + step * origin[axis]).powi(2)),
+        diffuse: Vec3::ZERO,
+        glossy: Vec3::ZERO,
+    }
+}
+
+/// Roots are blended, so that between probes the root is linear: in the biased place, which lies 0.8
+/// of the bias towards the viewer. On a line of probes with the normal across, no other weight differs.
+#[test]
+fn linear_field_is_met_between_probes_at_the_biased_place() {
+    let mut ddgi = Ddgi::new(Options {
+        origin: Vec3::ZERO,
+        dims: UVec3::new(4, 1, 1),
+        ..options()
+    });
+    ddgi.update(ramp(0, 0.5));
+    for x in [0.1f32, 0.5, 1.25, 2.7] {
+        for view in [Vec3::Y, Vec3::new(0.6, 0.8, 0.0), Vec3::new(-0.6, 0.8, 0.0)] {
+            let biased = x + view.x * 0.8 * 0.225;
+            let exact = PI * (1.0 + 0.5 * biased.clamp(0.0, 3.0)).powi(2);
+            let found = ddgi.irradiance(Vec3::X * x, Vec3::Y, view).x;
+            assert!(
+                (found / exact - 1.0).abs() < 2e-3,
+                "{x} {view}: {found} for {exact}"
+            );
+        }
+    }
+}
+
+/// Halfway between probes along each axis, all eight count alike.
+#[test]
+fn middle_of_a_cell_has_the_mean() {
+    let mut ddgi = Ddgi::new(options());
+    ddgi.update(ramp(2, 0.25));
+    let biased = 0.225;
+    let exact = PI * (1.0 + 0.25 * 0.0f32).powi(2);
+    let found = ddgi.irradiance(Vec3::Y * -biased, Vec3::Y, Vec3::Y).x;
+    assert!((found / exact - 1.0).abs() < 2e-3, "{found} for {exact}");
+}
+
+#[test]
+fn disabled_probes_light_nothing() {
+    let mut ddgi = Ddgi::new(Options {
+        origin: Vec3::ZERO,
+        dims: UVec3::new(2, 1, 1),
+        ..options()
+    });
+    ddgi.update(ramp(0, 1.0));
+    let whole = ddgi.textures().map(|t| t.len());
+    ddgi.disable(vec![false, true]);
+    let found = ddgi.irradiance(Vec3::X * 0.7, Vec3::Y, Vec3::Y).x;
+    assert!((found / PI - 1.0).abs() < 2e-3, "{found}");
+    assert_eq!(ddgi.textures().map(|t| 2 * t.len()), whole);
+    ddgi.disable(vec![true, true]);
+    assert_eq!(ddgi.irradiance(Vec3::X, Vec3::Y, Vec3::Y), Vec3::ZERO);
 }
 
 #[test]

@@ -149,5 +149,5 @@ pub fn ddgi(paths: &PathTracer, volume: &Volume, samples: u32) -> Ddgi {
         hysteresis: Hysteresis::Fixed(0.9),
         ..Options::default()
     };
-    settled_ddgi(paths, volume, &server, WARM_UP, &|| {}).0
+    settled_ddgi(paths, volume, &server, None, WARM_UP, &|| {}).0
 }

@@ -1,55 +1,36 @@
-//! Glossy reflection of light in spherical harmonics: the split sum, whose first factor is a
-//! convolution with a zonal fit to the GGX lobe (DDISH-GI Appendix A) and whose second is a table.
+//! Glossy reflection of light in spherical harmonics: the split sum (Karis 2013, *Real Shading in Unreal
+//! Engine 4*). Its first factor is the mean radiance over a lobe about [`lobe_direction`], its second a
+//! table of what a surface reflects of uniform light, GGX with roughness squared as in glTF.
 //!
-//! The lobe is that of prefiltered environment maps (Karis 2013, *Real Shading in Unreal Engine
-//! 4*): n = v = r, half vectors of D(h) n.h, their reflections weighed by the cosine to the normal.
-//! It is symmetric about the mirror direction, so that a table of one variable and one number a
-//! degree is all there is; alpha is roughness squared as in glTF. Its integral is 1, which is
-//! degree 0 to the bit; what of the light a surface takes is the environment BRDF's.
-//!
-//! A table and linear interpolation, not a closed form: the integral has one, with a logarithm, but
-//! it cancels near roughness 1, and a shader reads 64 entries sooner than it takes a logarithm.
+//! The lobe is wider than a zonal fit to GGX (DDISH-GI Appendix A, [`integrate::lobe`]), which is a mirror
+//! at roughness 0: an expansion of degree 2 has no detail for a mirror to show. Of light that comes
+//! from a window or a lamp it has rings, and a narrow lobe finds their dark parts. The width was
+//! chosen against traced light (`lobe.md` of `dapple chart --model probes`).
 
-#[cfg(feature = "encode")]
-pub mod error;
 #[cfg(any(test, feature = "encode"))]
 pub mod integrate;
 mod table;
 
-use super::sh::MAX_DEGREE;
 use glam::Vec3;
-use std::f32::consts::PI;
 
-pub use table::{ENVIRONMENT, LOBE};
+pub use table::ENVIRONMENT;
 
-/// Roughnesses of [`LOBE`], 0 to 1 evenly.
-pub const LOBE_ENTRIES: usize = 64;
-/// The most that [`lobe`] errs by from the integral, of any degree up to 2 and up to 4.
-pub const LOBE_ERROR: [f32; 2] = [1.5e-4, 3.5e-4];
+/// Factors of degree 0 to 2 of the glossy lobe at roughness 0. SHARED with the client's shader.
+pub const LOBE_SMOOTH: [f32; 3] = [1.0, 0.8, 0.5];
+/// At roughness 1: the cosine's. SHARED with the client's shader.
+pub const LOBE_ROUGH: [f32; 3] = [1.0, 2.0 / 3.0, 0.25];
+
 /// Cosines, and roughnesses, of [`ENVIRONMENT`].
 pub const ENVIRONMENT_SIDE: usize = 32;
 /// The most that [`environment`] errs by from the integral: below roughness 0.1, where all grazing
 /// light is gained or lost within n.v = roughness², and from there on.
 pub const ENVIRONMENT_ERROR: [f32; 2] = [7e-2, 5.1e-3];
 
-/// The factors by which a lobe of this roughness, 0 to 1, multiplies degree 0 to 4: those of Eq. 1,
-/// `sqrt(4 pi / (2 l + 1)) g_l`. SHARED with the client's shader.
-pub fn lobe(roughness: f32) -> [f32; MAX_DEGREE + 1] {
-    let at = roughness.clamp(0.0, 1.0) * (LOBE_ENTRIES - 1) as f32;
-    let entry = (at as usize).min(LOBE_ENTRIES - 2);
-    let f = at - entry as f32;
-    let (a, b) = (LOBE[entry], LOBE[entry + 1]);
-    let mut factors = [1.0; MAX_DEGREE + 1];
-    for l in 0..MAX_DEGREE {
-        factors[l + 1] = a[l] + (b[l] - a[l]) * f;
-    }
-    factors
-}
-
-/// The lobe's zonal coefficients `g_l`, as in the paper's Figure 3.
-pub fn zonal(roughness: f32) -> [f32; MAX_DEGREE + 1] {
-    let factors = lobe(roughness);
-    std::array::from_fn(|l| factors[l] * ((2 * l + 1) as f32 / (4.0 * PI)).sqrt())
+/// The factors by which the lobe of this roughness, 0 to 1, multiplies degree 0 to 2. SHARED with the
+/// client's shader.
+pub fn lobe(roughness: f32) -> [f32; 3] {
+    let share = roughness.clamp(0.0, 1.0);
+    std::array::from_fn(|l| LOBE_SMOOTH[l] + (LOBE_ROUGH[l] - LOBE_SMOOTH[l]) * share)
 }
 
 /// Scale and bias of the environment BRDF: a surface of normal reflectance f0 reflects

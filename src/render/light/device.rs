@@ -119,6 +119,7 @@ impl LightPass {
             Source::Probes {
                 volumes,
                 interpolation,
+                ..
             } => (*volumes, *interpolation),
             _ => (&[][..], Default::default()),
         };

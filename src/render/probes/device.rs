@@ -2,7 +2,7 @@
 
 use crate::codec::probes::TEXELS;
 use crate::probes::client::ProbesVolume;
-use crate::probes::ggx::{ENVIRONMENT, LOBE};
+use crate::probes::ggx::ENVIRONMENT;
 use crate::render::gpu::Gpu;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -42,9 +42,8 @@ impl GpuVolume {
     }
 }
 
-/// What all volumes share: the tables of the glossy lobe and the texture unit's filter.
+/// What all volumes share: the table of environment BRDFs and the texture unit's filter.
 pub struct Tables {
-    lobes: wgpu::Buffer,
     environments: wgpu::Buffer,
     filtering: wgpu::Sampler,
 }
@@ -53,7 +52,6 @@ impl Tables {
     pub fn new(gpu: &Gpu) -> Result<Tables> {
         let linear = wgpu::FilterMode::Linear;
         Ok(Tables {
-            lobes: gpu.storage("lobes", bytemuck::cast_slice(&LOBE))?,
             environments: gpu.storage("environments", bytemuck::cast_slice(&ENVIRONMENT))?,
             filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("probes"),
@@ -97,14 +95,13 @@ impl Volume {
         })
     }
 
-    /// The volume at binding 0 and bindings 1 to 13 of `embed/shaders/wgsl/probes_buffers.wgsl`.
+    /// The volume at binding 0 and bindings 1 to 12 of `embed/shaders/wgsl/probes_buffers.wgsl`.
     pub fn entries<'a>(&'a self, tables: &'a Tables) -> Vec<wgpu::BindGroupEntry<'a>> {
         let buffers = [
             &self.parameters,
             &self.texels,
             &self.present,
             &self.visibility,
-            &tables.lobes,
             &tables.environments,
         ];
         let buffers = buffers.map(|b| b.as_entire_binding());

@@ -40,12 +40,6 @@ fn arrays(volume: &ProbesVolume) -> Vec<Texture> {
         Texture::rows("dapple_probes_presence", "r8uint", 1, &present),
         Texture::rows("dapple_probes_blocks", "rg8uint", 2, blocks),
         table(
-            "dapple_probes_lobes",
-            "rgba32float",
-            [64, 1],
-            cast_slice(&LOBE),
-        ),
-        table(
             "dapple_probes_environments",
             "rg32float",
             [32, 32],

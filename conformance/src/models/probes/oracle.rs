@@ -269,13 +269,6 @@ impl Surface {
         if dot(h, h) < 0.01 {
             return Err("a lobe without direction".to_string());
         }
-        let mut lobes = [1.0, 0.0, 0.0];
-        let entry = ((r * 63.0) as usize).min(62);
-        let (low, high) = (lobe(entry), lobe(entry + 1));
-        let f = r * 63.0 - entry as f64;
-        for degree in [1, 2] {
-            lobes[degree] = low[degree - 1] + (high[degree - 1] - low[degree - 1]) * f;
-        }
         let sum = |factors: [f64; 3], d: V| {
             let mut sum = [0.0; 3];
             for (lm, y) in basis(d).into_iter().enumerate() {
@@ -285,7 +278,8 @@ impl Surface {
             sum
         };
         let cosine = [PI, 2.0 * PI / 3.0, PI / 4.0];
-        Ok([sum(cosine, self.n), sum(lobes, unit(h))])
+        let lobe = [1.0, 0.8 - 2.0 * r / 15.0, 0.5 - r / 4.0];
+        Ok([sum(cosine, self.n), sum(lobe, unit(h))])
     }
 }
 
@@ -304,30 +298,6 @@ pub fn basis([x, y, z]: V) -> [f64; 9] {
         c2 * x * z,
         c8 * (x * x - y * y),
     ]
-}
-
-/// k_1 and k_2 of an entry of the lobe's table, from the integral of §12.5.
-pub fn lobe(entry: usize) -> [f64; 2] {
-    let squared = (entry as f64 / 63.0).powi(4);
-    let (c, b) = (1.0 + squared, squared - 1.0);
-    if entry == 0 {
-        return [1.0; 2];
-    }
-    if entry == 63 {
-        return [2.0 / 3.0, 0.25];
-    }
-    // Of x^j / u^2 with u = c + b x; the powers of b cancel but for these.
-    let primitive = |u: f64| {
-        let log = u.ln();
-        [
-            (log + c / u) * b * b,
-            (u - 2.0 * c * log - c * c / u) * b,
-            u * u / 2.0 - 3.0 * c * u + 3.0 * c * c * log + c * c * c / u,
-        ]
-    };
-    let (start, end) = (primitive(c), primitive(c + b));
-    let [i1, i2, i3] = [0, 1, 2].map(|j| end[j] - start[j]);
-    [i2 / i1, (3.0 * i3 / i1 - 1.0) / 2.0]
 }
 
 /// What rounding may do to what a query is made of.

@@ -144,11 +144,10 @@ pub(super) fn ringing(drafts: &mut Vec<Draft>) -> Result<(), String> {
     Ok(())
 }
 
-/// Lobes from a mirror's to the cosine's.
+/// Lobes of all widths, about directions from the mirror's to the normal.
 pub(super) fn roughness(drafts: &mut Vec<Draft>) -> Result<(), String> {
     let volume = Volume::raw([2, 2, 2]);
     let mut set = QuerySet::of("roughness", still(&volume, all_lit(&volume, 18), None));
-    // Entries of the table, between them, and the ends.
     for step in 0..=21 {
         let roughness = f64::from(step) / 21.0;
         for (n, v) in [([1, 9, 2], [-5, 6, 2]), ([0, -1, 0], [9, -3, 2])] {
