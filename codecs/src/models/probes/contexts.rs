@@ -76,9 +76,10 @@ pub(super) fn initial() -> [Context; map_contexts::END] {
     })
 }
 
+/// The start values of all contexts, those of maps included.
 #[cfg(all(test, feature = "std"))]
-pub(super) fn initial_table() -> &'static [u8] {
-    &INITIAL
+pub(super) fn initial_table() -> alloc::vec::Vec<u8> {
+    [&INITIAL[..], &map_contexts::INITIAL[..]].concat()
 }
 
 /// Probabilities of a 0, in 1/256.
