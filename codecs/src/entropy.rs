@@ -55,6 +55,35 @@ pub(crate) trait Coder {
     /// A bit that is as likely as not.
     fn bypass_bit(&mut self, bit: bool) -> bool;
 
+    /// A number of 1 or more as an Exp-Golomb code: how many bits follow its highest one, in unary and at
+    /// most `longest`, then those bits. `prefix` gives the context of a bit of the unary part by how many
+    /// came before it, and `suffix` that of the first bit which follows by how many there are; the others
+    /// are bypass bits. Returns the number.
+    #[inline(always)]
+    fn exp_golomb(
+        &mut self,
+        longest: usize,
+        prefix: impl Fn(usize) -> usize,
+        suffix: impl Fn(usize) -> usize,
+        wanted: u32,
+    ) -> u32 {
+        let wanted_length = wanted.max(1).ilog2() as usize;
+        let mut length = 0;
+        while length < longest && self.bit(prefix(length), length < wanted_length) {
+            length += 1;
+        }
+        let mut number = 1;
+        for below in (0..length).rev() {
+            let bit = wanted >> below & 1 == 1;
+            let bit = match below + 1 == length {
+                true => self.bit(suffix(length), bit),
+                false => self.bypass_bit(bit),
+            };
+            number = number << 1 | u32::from(bit);
+        }
+        number
+    }
+
     /// A context is as sure of a 0 as it gets, so that another 0 leaves it as it is. A writer, which
     /// takes bits one by one, never says so.
     fn is_sure(&self, _context: usize) -> bool {

@@ -162,24 +162,8 @@ fn code_residual<C: Coder>(coder: &mut C, group: usize, wanted: i32) -> i32 {
         return 0;
     }
     let negative = coder.bit(SIGN + group, wanted < 0);
-    let wanted = wanted.unsigned_abs();
-    let wanted_length = wanted.max(1).ilog2() as usize;
-    let mut length = 0;
-    while length < LONGEST - 1 {
-        let context = PREFIX + group * LENGTHS + length.min(LENGTHS - 1);
-        if !coder.bit(context, length < wanted_length) {
-            break;
-        }
-        length += 1;
-    }
-    let mut magnitude = 1;
-    for below in (0..length).rev() {
-        let bit = wanted >> below & 1 == 1;
-        let bit = match below + 1 == length {
-            true => coder.bit(SUFFIX + group, bit),
-            false => coder.bypass_bit(bit),
-        };
-        magnitude = magnitude << 1 | i32::from(bit);
-    }
+    let prefix = |length: usize| PREFIX + group * LENGTHS + length.min(LENGTHS - 1);
+    let suffix = |_| SUFFIX + group;
+    let magnitude = coder.exp_golomb(LONGEST - 1, prefix, suffix, wanted.unsigned_abs()) as i32;
     if negative { -magnitude } else { magnitude }
 }

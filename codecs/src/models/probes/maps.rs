@@ -145,28 +145,11 @@ fn code_code<C: Coder>(
     }
 }
 
-/// A magnitude from 1 to 255: its length in bits, then the bits below the highest one.
+/// A magnitude from 1 to 255.
 fn code_magnitude<C: Coder>(coder: &mut C, (plane, class): (usize, usize), wanted: u32) -> u32 {
-    let wanted_length = wanted.ilog2() as usize;
-    let mut length = 0;
-    while length < LONGEST
-        && coder.bit(
-            map_contexts::prefix(plane, class, length),
-            length < wanted_length,
-        )
-    {
-        length += 1;
-    }
-    let mut magnitude = 1;
-    for below in (0..length).rev() {
-        let bit = wanted >> below & 1 == 1;
-        let bit = match below + 1 == length {
-            true => coder.bit(map_contexts::suffix(plane, length), bit),
-            false => coder.bypass_bit(bit),
-        };
-        magnitude = magnitude << 1 | u32::from(bit);
-    }
-    magnitude
+    let prefix = |length| map_contexts::prefix(plane, class, length);
+    let suffix = |length| map_contexts::suffix(plane, length);
+    coder.exp_golomb(LONGEST, prefix, suffix, wanted)
 }
 
 /// Whether an encoder may write these maps: their bytes are those of codes.

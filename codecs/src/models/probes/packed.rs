@@ -245,29 +245,16 @@ fn code_level<C: Coder>(coder: &mut C, base: u8, wanted: u8) -> u8 {
     others[2]
 }
 
-/// A magnitude of 1 or more: its length in bits, then the bits below the highest one.
+/// A magnitude of 1 or more.
 #[inline(always)]
 fn code_magnitude<C: Coder>(coder: &mut C, intra: bool, group: usize, wanted: u32) -> u32 {
-    let wanted_length = wanted.max(1).ilog2() as usize;
-    let mut length = 0;
-    while length < LONGEST - 1
-        && coder.bit(
-            contexts::prefix(intra, group, length),
-            length < wanted_length,
-        )
-    {
-        length += 1;
-    }
-    let mut magnitude = 1;
-    for below in (0..length).rev() {
-        let bit = wanted >> below & 1 == 1;
-        let bit = match below + 1 == length {
-            true => coder.bit(contexts::suffix(intra, group), bit),
-            false => coder.bypass_bit(bit),
-        };
-        magnitude = magnitude << 1 | u32::from(bit);
-    }
-    magnitude
+    let prefix = |length| contexts::prefix(intra, group, length);
+    coder.exp_golomb(
+        LONGEST - 1,
+        prefix,
+        |_| contexts::suffix(intra, group),
+        wanted,
+    )
 }
 
 /// A code in its range.

@@ -142,24 +142,11 @@ fn code_code<C: Coder>(
     (code, magnitude as u16)
 }
 
-/// A magnitude of 1 to 65535: its length in bits, then the bits below the highest one.
+/// A magnitude of 1 to 65535.
 #[inline(always)]
 fn code_magnitude<C: Coder>(coder: &mut C, group: usize, wanted: u32) -> u32 {
-    let wanted_length = wanted.max(1).ilog2() as usize;
-    let mut length = 0;
-    while length < LONGEST && coder.bit(contexts::prefix(group, length), length < wanted_length) {
-        length += 1;
-    }
-    let mut magnitude = 1;
-    for below in (0..length).rev() {
-        let bit = wanted >> below & 1 == 1;
-        let bit = match below + 1 == length {
-            true => coder.bit(contexts::suffix(group), bit),
-            false => coder.bypass_bit(bit),
-        };
-        magnitude = magnitude << 1 | u32::from(bit);
-    }
-    magnitude
+    let prefix = |length| contexts::prefix(group, length);
+    coder.exp_golomb(LONGEST, prefix, |_| contexts::suffix(group), wanted)
 }
 
 /// A code whose value is in range.
