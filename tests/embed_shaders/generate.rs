@@ -143,8 +143,8 @@ fn functions(text: &str) -> Vec<&str> {
 /// then the planes of `probes`.
 fn slot(binding: u32) -> u8 {
     let slot = match binding {
-        1..=5 => binding + 2,
-        7..=15 => binding + 5,
+        1..=4 => binding + 2,
+        6..=14 => binding + 6,
         32..=34 => binding - 32,
         40 => 8,
         48 => 9,

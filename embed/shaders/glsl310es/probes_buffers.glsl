@@ -32,13 +32,13 @@ const vec3 DAPPLE_PROBES_COSINE = vec3(3.1415927, 2.0943952, 0.7853982);
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 255) uniform highp sampler3D dapple_probes_plane_a;
-layout(binding = 12) uniform highp sampler3D dapple_probes_plane_b;
-layout(binding = 13) uniform highp sampler3D dapple_probes_plane_c;
-layout(binding = 14) uniform highp sampler3D dapple_probes_plane_d;
-layout(binding = 15) uniform highp sampler3D dapple_probes_plane_e;
-layout(binding = 16) uniform highp sampler3D dapple_probes_plane_f;
-layout(binding = 17) uniform highp sampler3D dapple_probes_plane_g;
+layout(binding = 12) uniform highp sampler3D dapple_probes_plane_a;
+layout(binding = 13) uniform highp sampler3D dapple_probes_plane_b;
+layout(binding = 14) uniform highp sampler3D dapple_probes_plane_c;
+layout(binding = 15) uniform highp sampler3D dapple_probes_plane_d;
+layout(binding = 16) uniform highp sampler3D dapple_probes_plane_e;
+layout(binding = 17) uniform highp sampler3D dapple_probes_plane_f;
+layout(binding = 18) uniform highp sampler3D dapple_probes_plane_g;
 layout(std430, binding = 4) readonly buffer dapple_probes_type_8_block_0Fragment { uint dapple_probes_presence[]; };
 layout(std430, binding = 5) readonly buffer dapple_probes_type_8_block_1Fragment { uint dapple_probes_blocks[]; };
 layout(std430, binding = 3) readonly buffer dapple_probes_type_13_block_2Fragment { uvec2 dapple_probes_texels[]; };

@@ -34,15 +34,15 @@ const float DAPPLE_PROBES_SHIFT_20_ = 2.25;
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 255) uniform highp sampler3D dapple_probes_light_a;
-layout(binding = 12) uniform highp sampler3D dapple_probes_light_b;
-layout(binding = 13) uniform highp sampler3D dapple_probes_light_c;
-layout(binding = 14) uniform highp sampler3D dapple_probes_light_d;
-layout(binding = 15) uniform highp sampler3D dapple_probes_light_e;
-layout(binding = 16) uniform highp sampler3D dapple_probes_light_f;
-layout(binding = 17) uniform highp sampler3D dapple_probes_light_g;
-layout(binding = 18) uniform highp sampler3D dapple_probes_light_h;
-layout(binding = 19) uniform highp sampler3D dapple_probes_light_i;
+layout(binding = 12) uniform highp sampler3D dapple_probes_light_a;
+layout(binding = 13) uniform highp sampler3D dapple_probes_light_b;
+layout(binding = 14) uniform highp sampler3D dapple_probes_light_c;
+layout(binding = 15) uniform highp sampler3D dapple_probes_light_d;
+layout(binding = 16) uniform highp sampler3D dapple_probes_light_e;
+layout(binding = 17) uniform highp sampler3D dapple_probes_light_f;
+layout(binding = 18) uniform highp sampler3D dapple_probes_light_g;
+layout(binding = 19) uniform highp sampler3D dapple_probes_light_h;
+layout(binding = 20) uniform highp sampler3D dapple_probes_light_i;
 layout(binding = 4) uniform highp usampler2D dapple_probes_presence;
 layout(binding = 5) uniform highp usampler2D dapple_probes_blocks;
 layout(binding = 6) uniform highp sampler2D dapple_probes_environments;

@@ -32,13 +32,13 @@ const vec3 DAPPLE_PROBES_COSINE = vec3(3.1415927, 2.0943952, 0.7853982);
 
 // Define DAPPLE_PROBES_CUSTOM to bring these functions.
 #ifndef DAPPLE_PROBES_CUSTOM
-layout(binding = 255) uniform highp sampler3D dapple_probes_plane_a;
-layout(binding = 12) uniform highp sampler3D dapple_probes_plane_b;
-layout(binding = 13) uniform highp sampler3D dapple_probes_plane_c;
-layout(binding = 14) uniform highp sampler3D dapple_probes_plane_d;
-layout(binding = 15) uniform highp sampler3D dapple_probes_plane_e;
-layout(binding = 16) uniform highp sampler3D dapple_probes_plane_f;
-layout(binding = 17) uniform highp sampler3D dapple_probes_plane_g;
+layout(binding = 12) uniform highp sampler3D dapple_probes_plane_a;
+layout(binding = 13) uniform highp sampler3D dapple_probes_plane_b;
+layout(binding = 14) uniform highp sampler3D dapple_probes_plane_c;
+layout(binding = 15) uniform highp sampler3D dapple_probes_plane_d;
+layout(binding = 16) uniform highp sampler3D dapple_probes_plane_e;
+layout(binding = 17) uniform highp sampler3D dapple_probes_plane_f;
+layout(binding = 18) uniform highp sampler3D dapple_probes_plane_g;
 layout(binding = 4) uniform highp usampler2D dapple_probes_presence;
 layout(binding = 5) uniform highp usampler2D dapple_probes_blocks;
 layout(binding = 6) uniform highp sampler2D dapple_probes_environments;
