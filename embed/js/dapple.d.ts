@@ -188,7 +188,7 @@ export declare class Decoder {
     probes(track: number, count: number): Int16Array;
     /**
      * Brings what changed to WebGPU buffers, and clears the dirty ranges. Returns the keys (`bufferKey`) of buffers that
-     * are new or have another size.
+     * are new or have another size. Buffers of tracks that have ended are destroyed and taken out of the map.
      */
     upload<B extends DeviceBuffer>(device: Device<B>, buffers: Map<string, B>, usage?: number): Set<string>;
 }
@@ -198,7 +198,7 @@ export declare function bufferKey(buffer: Buffer, track?: number): string;
 
 /** Decodes a stream of any kind. The state of an event's decoder is that of the event. */
 export declare function decode(
-    stream: BufferSource | Response | ReadableStream<Uint8Array> | AsyncIterable<Uint8Array> | Iterable<Uint8Array>,
+    stream: BufferSource | Response | Blob | ReadableStream<Uint8Array> | AsyncIterable<Uint8Array> | Iterable<Uint8Array>,
     decoder?: Decoder,
     options?: { live?: boolean },
 ): AsyncGenerator<Event & { decoder: Decoder }, void>;

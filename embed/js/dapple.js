@@ -6,7 +6,7 @@ const ABI_VERSION = 1;
 
 const EVENTS = ['need-input', 'stream', 'group', 'tracks', 'frame', 'skipped', 'end'];
 const MODELS = ['', 'points', 'probes', 'vertices', 'instances', 'regions'];
-const LAYERS = ['', 'framing', 'record', 'codec', 'session'];
+const LAYERS = ['', 'framing', 'record', 'codec', 'session', '', '', '', '', 'interface'];
 const CLASSES = [
     '', 'Malformed', 'Truncated', 'Unsupported', 'Checksum', 'LimitExceeded', 'MissingBase', 'Usage', 'OutOfMemory',
 ];
@@ -24,6 +24,9 @@ export const Buffer = Object.freeze({
     RegionsPairs: 8,
     Transforms: 9,
 });
+
+/** Arrays of all tracks of a model. */
+const SHARED = new Set([Buffer.PointsBuckets, Buffer.PointsCells, Buffer.VerticesValues]);
 
 /** What the elements of each array are made of. `Regions` is 12 words: floats, but for words 3 and 7. */
 const VIEWS = [
@@ -158,7 +161,7 @@ export class Decoder {
      * Throws a `DappleError`, after which the last frame stays and `resume` or `reset` go on.
      */
     *push(bytes) {
-        if (bytes instanceof ArrayBuffer) bytes = new Uint8Array(bytes);
+        bytes = asBytes(bytes);
         for (let at = 0; at < bytes.length; at += PIECE) {
             const piece = bytes.subarray(at, at + PIECE);
             if (this.#inputSize < piece.length) {
@@ -351,6 +354,13 @@ export class Decoder {
                 device.queue.writeBuffer(of, whole, rest);
             }
         }
+        const live = new Set(this.tracks().map(({ id }) => id));
+        for (const [key, of] of buffers) {
+            const [buffer, track] = key.split(':').map(Number);
+            if (SHARED.has(buffer) || live.has(track)) continue;
+            of.destroy();
+            buffers.delete(key);
+        }
         this.clearDirty();
         return replaced;
     }
@@ -358,8 +368,7 @@ export class Decoder {
 
 /** The key of an array in the map of `Decoder.upload`. */
 export function bufferKey(buffer, track = 0) {
-    const shared = buffer === Buffer.PointsBuckets || buffer === Buffer.PointsCells || buffer === Buffer.VerticesValues;
-    return `${buffer}:${shared ? 0 : track}`;
+    return `${buffer}:${SHARED.has(buffer) ? 0 : track}`;
 }
 
 /**
@@ -375,6 +384,14 @@ export async function* decode(stream, decoder, { live = false } = {}) {
     decoder.finish({ live });
 }
 
+/** The bytes of an array buffer or of a view of any kind. */
+function asBytes(bytes) {
+    if (bytes instanceof Uint8Array) return bytes;
+    if (ArrayBuffer.isView(bytes)) return new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    if (bytes instanceof ArrayBuffer) return new Uint8Array(bytes);
+    throw new TypeError('a stream is bytes: an ArrayBuffer or a view of one');
+}
+
 async function* chunks(stream) {
     if (stream instanceof ArrayBuffer || ArrayBuffer.isView(stream)) {
         yield stream;
@@ -382,7 +399,11 @@ async function* chunks(stream) {
     }
     if (stream instanceof Response) {
         if (!stream.ok) throw new Error(`${stream.url}: ${stream.status} ${stream.statusText}`);
-        stream = stream.body;
+        stream = stream.body ?? [];
+    }
+    if (stream instanceof Blob) stream = stream.stream();
+    if (typeof stream !== 'object' || !(stream?.[Symbol.asyncIterator] || stream?.[Symbol.iterator] || stream?.getReader)) {
+        throw new TypeError('decode takes bytes, a Response, a Blob, a ReadableStream or chunks of bytes');
     }
     if (!(stream instanceof ReadableStream)) {
         yield* stream;

@@ -131,8 +131,10 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let path = match needs_stream && path.is_none() {
         true if stream::has_attached(&args.scene)? => Some(args.scene.as_path()),
         true => {
-            let text = "name a stream, or choose --method rtao, none, path or direct";
-            return Err(Error::Usage(text.into()));
+            return Err(Error::Usage(format!(
+                "{} has no stream in it: name a stream, or choose --method rtao, none, path or direct",
+                stream::name(&args.scene)
+            )));
         }
         false => path,
     };

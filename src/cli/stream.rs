@@ -160,7 +160,8 @@ pub fn attached(path: &Path) -> Result<Option<Vec<u8>>> {
 /// # Errors
 /// As [`attached`].
 pub fn has_attached(scene: &Path) -> Result<bool> {
-    Ok(scene.is_file() && attached(scene)?.is_some())
+    let is_file = scene.as_os_str() != "-" && scene != Path::new("hall");
+    Ok(is_file && attached(scene)?.is_some())
 }
 
 /// The name of a stream in messages.

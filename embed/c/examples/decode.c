@@ -31,10 +31,14 @@ static void upload(dapple_decoder *decoder) {
 }
 
 int main(int count, char **words) {
-    FILE *file = count == 2 ? fopen(words[1], "rb") : NULL;
-    if (!file) {
+    if (count != 2) {
         fprintf(stderr, "usage: decode FILE\n");
         return 2;
+    }
+    FILE *file = fopen(words[1], "rb");
+    if (!file) {
+        perror(words[1]);
+        return 1;
     }
     dapple_decoder *decoder = dapple_decoder_new(NULL);
     static unsigned char bytes[65536];
@@ -51,6 +55,9 @@ int main(int count, char **words) {
                 upload(decoder);
             }
         }
+    }
+    if (ferror(file)) {
+        perror(words[1]);
     }
     fclose(file);
     if (dapple_decoder_finish(decoder) < 0) {

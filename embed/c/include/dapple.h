@@ -9,7 +9,7 @@
 
 /*
  * Functions that can fail return 0 or more, or minus the id of an error: one of the format, as
- * spec/README.md lists them, or DAPPLE_ERROR_*. No other way out leaves a function.
+ * spec/README.md lists them, or DAPPLE_ERROR_*. No exception or longjmp leaves a function.
  *
  * A pointer may be null only where a comment says so; where it is null and must not be, the function
  * gives DAPPLE_ERROR_ARGUMENT. What a function writes through a pointer is left alone after an error.
@@ -583,7 +583,7 @@ uint32_t dapple_abi_version(void);
 int32_t dapple_set_allocator(dapple_allocate allocate,
                              dapple_deallocate deallocate);
 
-// Writes where the list is of all that changed since `dapple_decoder_clear_dirty`, in every array of every
+// Gives the list of all that changed since `dapple_decoder_clear_dirty`, in every array of every
 // model, and how many ranges it has. The ranges of an array stand together and ascend.
 int32_t dapple_decoder_dirty(dapple_decoder *decoder,
                              const dapple_dirty_range **ranges,

@@ -86,7 +86,7 @@ impl Decoder {
     }
 }
 
-/// Writes where the list is of all that changed since `dapple_decoder_clear_dirty`, in every array of every
+/// Gives the list of all that changed since `dapple_decoder_clear_dirty`, in every array of every
 /// model, and how many ranges it has. The ranges of an array stand together and ascend.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dapple_decoder_dirty(

@@ -102,6 +102,22 @@ test('limits hold, and names that are none are refused', async () => {
     assert.throws(() => new Decoder().array(Arrays.Regions, 1), { id: 9003 });
 });
 
+test('bytes come in any view, and what is no bytes is refused', async () => {
+    const bytes = stream('probes');
+    const { buffer, byteOffset, byteLength } = bytes;
+    const frames = async (input) => {
+        let count = 0;
+        for await (const { kind } of decode(input)) count += kind === 'frame';
+        return count;
+    };
+    assert.equal(await frames(new DataView(buffer, byteOffset, byteLength)), 2);
+    assert.equal(await frames(new Blob([bytes])), 2);
+    assert.equal(await frames(new Response(bytes)), 2);
+    await assert.rejects(frames(new Response(null, { status: 204 })), { id: 1019 });
+    for (const input of [null, 7, 'text', {}]) await assert.rejects(frames(input), TypeError);
+    assert.throws(() => [...new Decoder().push('text')], TypeError);
+});
+
 test('validate says what is wrong', async () => {
     assert.equal((await validate(stream('probes'))).frames, 2);
     assert.equal((await validate(stream('probes').subarray(0, -1))).error.id, 1019);
