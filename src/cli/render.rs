@@ -127,16 +127,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
         return Err(Error::Usage(text.into()));
     }
     let needs_stream = args.method.is_none_or(Method::needs_stream);
-    let path = args.stream.as_deref();
-    let path = match needs_stream && path.is_none() {
-        true if stream::has_attached(&args.scene)? => Some(args.scene.as_path()),
-        true => {
-            return Err(Error::Usage(format!(
-                "{} has no stream in it: name a stream, or choose --method rtao, none, path or direct",
-                stream::name(&args.scene)
-            )));
-        }
-        false => path,
+    let attached = match needs_stream && args.stream.is_none() {
+        true => Some(attached(&args.scene)?),
+        false => None,
+    };
+    let path = match attached {
+        Some(_) => Some(args.scene.as_path()),
+        None => args.stream.as_deref(),
     };
     let scene = SceneArgs {
         scene: args.scene.clone(),
@@ -146,7 +143,13 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     .open(true)?;
     let view = args.view.view(&scene)?;
     let stream_frame = match path {
-        Some(path) if needs_stream => Some((StreamFrame::read(path, &scene, args)?, path)),
+        Some(path) if needs_stream => {
+            let source = match attached {
+                Some(source) => source,
+                None => stream::Source::open(path)?,
+            };
+            Some((StreamFrame::read(source, path, &scene, args)?, path))
+        }
         Some(path) => {
             files::protect(path);
             None
@@ -191,6 +194,24 @@ pub fn run(args: &Args, given: &Given) -> Result<ExitCode> {
     let camera = args.view.describe(&scene, &view);
     output::print_about(&args.output, &format!("{note}; {camera}\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The stream in the file of a scene.
+///
+/// # Errors
+/// `Io` and `Scene` where the file cannot be read, `Usage` where it has no stream.
+fn attached(scene: &Path) -> Result<stream::Source> {
+    let is_file = !is_dash(scene) && scene != Path::new("hall");
+    let source = match is_file {
+        true => stream::Source::attached(scene)?,
+        false => None,
+    };
+    source.ok_or_else(|| {
+        Error::Usage(format!(
+            "{} has no stream in it: name a stream, or choose --method rtao, none, path or direct",
+            stream::name(scene)
+        ))
+    })
 }
 
 /// A picture by a method that rasterises, and a note about it.

@@ -74,14 +74,9 @@ impl Source {
         let mut file = File::open(path).map_err(io)?;
         let metadata = file.metadata().map_err(io)?;
         if metadata.is_file() && is_gltf(path, &mut file).map_err(io)? {
-            let stream = attached(path)?.ok_or_else(|| Error::Scene {
-                name: name.clone(),
-                message: "the file is a scene without a stream".into(),
-            })?;
-            return Ok(Source {
-                length: Some(stream.len() as u64),
-                reader: Box::new(Cursor::new(stream)),
+            return Source::attached(path)?.ok_or_else(|| Error::Scene {
                 name,
+                message: "the file is a scene without a stream".into(),
             });
         }
         Ok(Source {
@@ -89,6 +84,29 @@ impl Source {
             name,
             length: metadata.is_file().then_some(metadata.len()),
         })
+    }
+
+    /// The stream in a glTF file (`spec/gltf.md`); `None` where it has none.
+    ///
+    /// # Errors
+    /// `Io` and `Scene` where the file cannot be read.
+    pub fn attached(path: &Path) -> Result<Option<Source>> {
+        let bytes = Scene::read_file(path)?;
+        let options = LoadOptions {
+            colors: false,
+            ..LoadOptions::default()
+        };
+        let failed = |message| Error::Scene {
+            name: name(path),
+            message,
+        };
+        let file = GltfFile::open(&bytes, path.parent(), &options).map_err(failed)?;
+        let stream = file.stream().map_err(failed)?;
+        Ok(stream.map(|stream| Source {
+            length: Some(stream.len() as u64),
+            reader: Box::new(Cursor::new(stream.into_owned())),
+            name: name(path),
+        }))
     }
 
     /// All bytes.
@@ -134,34 +152,6 @@ fn is_gltf(path: &Path, file: &mut File) -> std::io::Result<bool> {
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
     Ok(magic == b"glTF" || is_text && !MAGIC.starts_with(&magic))
-}
-
-/// The stream in a glTF file (`spec/gltf.md`); `None` where it has none.
-///
-/// # Errors
-/// `Io` and `Scene` where the file cannot be read.
-pub fn attached(path: &Path) -> Result<Option<Vec<u8>>> {
-    let bytes = Scene::read_file(path)?;
-    let options = LoadOptions {
-        colors: false,
-        ..LoadOptions::default()
-    };
-    let failed = |message| Error::Scene {
-        name: name(path),
-        message,
-    };
-    let file = GltfFile::open(&bytes, path.parent(), &options).map_err(failed)?;
-    let stream = file.stream().map_err(failed)?;
-    Ok(stream.map(|stream| stream.into_owned()))
-}
-
-/// Whether a scene is a file that has a stream in it.
-///
-/// # Errors
-/// As [`attached`].
-pub fn has_attached(scene: &Path) -> Result<bool> {
-    let is_file = scene.as_os_str() != "-" && scene != Path::new("hall");
-    Ok(is_file && attached(scene)?.is_some())
 }
 
 /// The name of a stream in messages.

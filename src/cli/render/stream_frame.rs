@@ -26,15 +26,19 @@ impl StreamFrame {
     /// `--frame` or `--time`, or else of the stream's first frame.
     ///
     /// # Errors
-    /// As [`stream::Source::open`] and [`Client::push`]; `Invalid` for a time that the stream does not
+    /// As [`stream::Source::read`] and [`Client::push`]; `Invalid` for a time that the stream does not
     /// reach. Light of a scene in which nothing moves stays right after the last frame.
-    pub fn read(path: &Path, scene: &Scene, args: &Args) -> Result<StreamFrame> {
+    pub fn read(
+        mut source: stream::Source,
+        path: &Path,
+        scene: &Scene,
+        args: &Args,
+    ) -> Result<StreamFrame> {
         let named = |error| match error {
             Error::Codec(fault) => stream::error(path, &fault),
             Error::Invalid(message) => Error::Invalid(format!("{}: {message}", stream::name(path))),
             other => other,
         };
-        let mut source = stream::Source::open(path)?;
         files::protect(path);
         let mut client = Client::of_scene(scene, args.limits.limits());
         let mut buffer = vec![0; 1 << 16];
