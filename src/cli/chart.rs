@@ -9,7 +9,7 @@ use super::effects::{self, Given};
 use super::output;
 use super::progress::Progress;
 use crate::limits::check_tracks;
-use crate::measure::chart::{Axis, Chart, Level, Point, Series};
+use crate::measure::chart::{Axis, Chart, Level, Point, Series, add_point};
 use crate::measure::evaluate::{
     Evaluation, Playback, Quality, StartedServer, evaluate, references,
 };
@@ -504,14 +504,7 @@ fn charts(rows: &[Row], open: &[(String, WithoutAo)]) -> Vec<Chart> {
                 y: row.evaluation.picture.psnr,
                 label: format!("{}", row.density),
             };
-            match series.iter_mut().find(|s| s.name == name) {
-                Some(s) => s.points.push(point),
-                None => series.push(Series {
-                    name,
-                    points: vec![point],
-                    line: true,
-                }),
-            }
+            add_point(&mut series, &name, point);
         }
         Chart {
             title: title.into(),

@@ -40,6 +40,18 @@ pub struct Series {
     pub line: bool,
 }
 
+/// Adds a point to the series of a name, which starts with it, joined by a line, where there is none.
+pub fn add_point(series: &mut Vec<Series>, name: &str, point: Point) {
+    match series.iter_mut().find(|s| s.name == name) {
+        Some(s) => s.points.push(point),
+        None => series.push(Series {
+            name: name.to_owned(),
+            points: vec![point],
+            line: true,
+        }),
+    }
+}
+
 /// One measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Point {

@@ -7,7 +7,7 @@ mod setting;
 use super::{Args, markdown};
 use crate::bake::Settings;
 use crate::cli::output;
-use crate::measure::chart::{Axis, Chart, Level, Point, Series};
+use crate::measure::chart::{Axis, Chart, Level, Point, Series, add_point};
 use crate::measure::metrics::psnr_text;
 use crate::measure::report::{Image, Report, Section, Source, save, write};
 use crate::measure::table::{Table, Value};
@@ -151,14 +151,7 @@ fn chart(
             y: row.measured.psnr,
             label: row.setting.clone(),
         };
-        match series.iter_mut().find(|s| s.name == row.method) {
-            Some(s) => s.points.push(point),
-            None => series.push(Series {
-                name: row.method.into(),
-                points: vec![point],
-                line: true,
-            }),
-        }
+        add_point(&mut series, row.method, point);
     }
     Chart {
         title: title.into(),
